@@ -1,0 +1,13 @@
+//! svetlo renders volumes on any OpenCL device: a scene in TOML goes in, a progressive EXR image comes out.
+//!
+//! Dependencies point one way: `config` (TOML with spans) → `scene` (validated) → `device`
+//! (the only place that knows OpenCL) → `render` → `film` → `picture` (EXR, PNG).
+
+pub mod config;
+pub mod error;
+pub mod metrics;
+pub mod picture;
+pub mod scene;
+pub mod volume;
+
+pub use error::{Error, Result};

@@ -1,0 +1,2 @@
+//! The `svetlo` command.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Pictures on disk: EXR and PNG, written atomically, and tone mapping.

@@ -1,0 +1,1 @@
+//! The validated scene: past this point nothing sees TOML and nothing re-checks.

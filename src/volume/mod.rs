@@ -1,0 +1,1 @@
+//! Volumes on the host: readers for files, procedural fields, brick ranges.
