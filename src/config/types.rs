@@ -1,0 +1,219 @@
+//! The scene file as it is written: one struct per table, one field per key.
+//!
+//! These types are the single source of the scene language: `serde` reads them, `schemars` turns them
+//! and their comments into the JSON Schema, and the checker takes every rule and suggestion from that
+//! schema. What is valid by itself but wrong together is checked in [`crate::scene`].
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use super::types_method::{Compositing, Domain, MethodConfig, QuadratureConfig};
+pub use super::types_transfer::{ColorMap, Outline, PointConfig, ShapeConfig, TransferConfig};
+pub use super::types_volume::{
+    Axis, Endian, FieldConfig, MediumConfig, SheppLoganRotation, VolumeConfig, VoxelKind, WindowConfig,
+};
+use super::values::{ErrorTarget, Radiance, TimeLimit};
+
+/// A scene of svetlo: what is rendered, from where, by which method, and when to stop. Lengths are in
+/// scene units, colours in linear sRGB, paths relative to the scene file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "svetlo scene")]
+pub struct SceneConfig {
+    /// Seed of the random numbers: the same scene and seed give the same image.
+    #[serde(default = "one")]
+    pub seed: u64,
+    /// Size of the image and how a pixel is sampled.
+    #[serde(default)]
+    pub image: ImageConfig,
+    /// The camera. Image right is forward × up (right-handed).
+    pub camera: CameraConfig,
+    /// The volume: a file or a procedural field, and where it lies in the scene.
+    pub volume: VolumeConfig,
+    /// How the opacity of the transfer function becomes extinction.
+    #[serde(default)]
+    pub medium: MediumConfig,
+    /// The transfer function: data value to colour and opacity. Default: white, opacity = value.
+    #[serde(default)]
+    pub transfer: TransferConfig,
+    /// What rays see that leave the volume. Default: black.
+    #[serde(default)]
+    pub background: BackgroundConfig,
+    /// The lights, one [[light]] table each.
+    #[serde(default)]
+    pub light: Vec<LightConfig>,
+    /// The rendering method and its parameters.
+    pub method: MethodConfig,
+    /// How the PNG preview is made; the EXR image is always linear float32.
+    #[serde(default)]
+    pub film: FilmConfig,
+    /// When to stop: whichever limit is reached first. Default: 16 samples.
+    #[serde(default)]
+    pub stop: StopConfig,
+}
+
+/// Size of the image and how a pixel is sampled.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ImageConfig {
+    /// Width in pixels; width × height is at most 2^28.
+    #[schemars(range(min = 1, max = 65536))]
+    pub width: u32,
+    /// Height in pixels; width × height is at most 2^28.
+    #[schemars(range(min = 1, max = 65536))]
+    pub height: u32,
+    /// Which points of a pixel the rays go through.
+    pub filter: Filter,
+}
+
+impl Default for ImageConfig {
+    fn default() -> Self {
+        Self { width: 512, height: 512, filter: Filter::Box }
+    }
+}
+
+/// Which points of a pixel the rays go through.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Filter {
+    /// The mean over the pixel's area.
+    #[default]
+    Box,
+    /// The ray through the pixel's centre.
+    Point,
+}
+
+/// The camera: `kind = "perspective"` (default) or `"orthographic"`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+#[schemars(transform = super::schema::default_kind_first)]
+pub enum CameraConfig {
+    /// A pinhole, or a thin lens when `aperture` is more than 0.
+    Perspective {
+        /// Where the camera stands, [x, y, z] in scene units.
+        position: [f64; 3],
+        /// The point in the middle of the image, [x, y, z] in scene units; not `position`.
+        target: [f64; 3],
+        /// The direction that is up in the image, any length; not parallel to the view.
+        #[serde(default = "y_axis")]
+        up: [f64; 3],
+        /// Vertical field of view in degrees.
+        #[serde(default = "forty")]
+        #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 180.0))]
+        fov: f64,
+        /// Radius of the lens in scene units; 0 is a pinhole.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        aperture: f64,
+        /// Distance of the plane in focus along the view axis, scene units. Default: the distance to `target`.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        focus: Option<f64>,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Where the camera stands, [x, y, z] in scene units.
+        position: [f64; 3],
+        /// The point in the middle of the image, [x, y, z] in scene units; not `position`.
+        target: [f64; 3],
+        /// The direction that is up in the image, any length; not parallel to the view.
+        #[serde(default = "y_axis")]
+        up: [f64; 3],
+        /// Vertical extent of the image in scene units.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        height: f64,
+    },
+}
+
+/// What rays see that leave the volume: a constant colour or an environment map. Default: black.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BackgroundConfig {
+    /// Constant radiance. Not together with `environment`.
+    pub color: Option<Radiance>,
+    /// Path of a latitude-longitude map (EXR), relative to the scene file.
+    pub environment: Option<String>,
+    /// Factor on the environment's radiance.
+    #[schemars(range(min = 0.0), extend("default" = 1.0))]
+    pub intensity: Option<f64>,
+    /// Rotation of the environment about +y in degrees.
+    #[schemars(extend("default" = 0.0))]
+    pub rotation: Option<f64>,
+}
+
+/// A light: `kind = "point"` or `"directional"`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum LightConfig {
+    /// A point that shines equally in all directions.
+    Point {
+        /// Where it is, [x, y, z] in scene units.
+        position: [f64; 3],
+        /// Radiant intensity per channel, W/sr.
+        intensity: Radiance,
+    },
+    /// Parallel light from infinitely far away.
+    Directional {
+        /// The direction in which the light travels, any length; not zero.
+        direction: [f64; 3],
+        /// Irradiance on a plane perpendicular to `direction`, W/m².
+        irradiance: Radiance,
+    },
+}
+
+/// How the PNG preview is made; the EXR image is always linear float32.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FilmConfig {
+    /// How radiance is mapped to 0..1.
+    pub tonemap: Tonemap,
+    /// Factor on the radiance before tone mapping.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub exposure: f64,
+    /// Exponent of a pure power curve. Default: the sRGB curve instead.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub gamma: Option<f64>,
+}
+
+impl Default for FilmConfig {
+    fn default() -> Self {
+        Self { tonemap: Tonemap::Reinhard, exposure: 1.0, gamma: None }
+    }
+}
+
+/// How radiance is mapped to 0..1 for the preview.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Tonemap {
+    /// x / (1 + x).
+    #[default]
+    Reinhard,
+    /// A filmic curve with toe and shoulder.
+    Filmic,
+    /// Clipped at 1.
+    Linear,
+}
+
+/// When to stop: whichever limit is reached first. Default: 16 samples.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StopConfig {
+    /// Samples per pixel. Default: 16 when no other limit is given, else no limit.
+    #[schemars(range(min = 1, max = 1_000_000_000), extend("default" = 16))]
+    pub samples: Option<u64>,
+    /// Rendering time.
+    pub time: Option<TimeLimit>,
+    /// Estimated relative root-mean-square error.
+    pub error: Option<ErrorTarget>,
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn forty() -> f64 {
+    40.0
+}
+
+fn y_axis() -> [f64; 3] {
+    [0.0, 1.0, 0.0]
+}

@@ -1,0 +1,131 @@
+//! Raw types of `[method]`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::types_transfer::ColorMap;
+use super::values::Albedo;
+
+/// The rendering method and its parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum MethodConfig {
+    /// The volume glows and absorbs (Max 1995).
+    EmissionAbsorption {
+        /// Radiance that the transfer function's colours are scaled by.
+        #[serde(default = "one")]
+        #[schemars(range(min = 0.0))]
+        radiance: f64,
+        /// How the integral along a ray is computed.
+        #[serde(default)]
+        quadrature: QuadratureConfig,
+        /// Step in units of the smallest spacing (quadrature "step" only).
+        #[schemars(range(max = 64.0), extend("exclusiveMinimum" = 0.0, "default" = 0.5))]
+        step: Option<f64>,
+        /// A random phase of the steps per ray (quadrature "step" only).
+        #[schemars(extend("default" = true))]
+        jitter: Option<bool>,
+        /// How extinction and step become opacity (quadrature "step" only).
+        #[schemars(extend("default" = "exponential"))]
+        compositing: Option<Compositing>,
+        /// A ray stops when less than this part of the light gets through; 0 is never.
+        #[serde(default = "default_termination")]
+        #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
+        termination: f64,
+    },
+    /// Maximum intensity projection: the largest value along each ray.
+    Mip {
+        /// Colour of the value 1. Not together with `colormap`. Default: white.
+        color: Option<Albedo>,
+        /// Colours of the values 0..1.
+        colormap: Option<ColorMap>,
+    },
+    /// The first surface of constant value along each ray, shaded locally.
+    Isosurface {
+        /// The value of the surface, in the unit of `domain`.
+        value: f64,
+        /// Whether `value` is in 0..1 of the volume's window or in data units.
+        #[serde(default)]
+        domain: Domain,
+        /// Colour of the surface.
+        #[serde(default = "light_grey")]
+        color: Albedo,
+        /// Factor of the constant term.
+        #[serde(default = "tenth")]
+        #[schemars(range(min = 0.0))]
+        ambient: f64,
+        /// Factor of the Lambertian term.
+        #[serde(default = "nine_tenths")]
+        #[schemars(range(min = 0.0))]
+        diffuse: f64,
+        /// Factor of the Blinn-Phong term.
+        #[serde(default = "fifth")]
+        #[schemars(range(min = 0.0))]
+        specular: f64,
+        /// Exponent of the Blinn-Phong term.
+        #[serde(default = "thirty_two")]
+        #[schemars(range(min = 0.0))]
+        shininess: f64,
+    },
+}
+
+/// The unit of a value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Domain {
+    /// 0..1 of the volume's window.
+    #[default]
+    Normalized,
+    /// Data units, for example Hounsfield units.
+    Data,
+}
+
+/// How the emission-absorption integral along a ray is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum QuadratureConfig {
+    /// Exactly per cell of the trilinear field.
+    #[default]
+    Cell,
+    /// Midpoint rule at a fixed step.
+    Step,
+}
+
+/// How extinction and step become the opacity of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Compositing {
+    /// 1 - exp(-extinction · step).
+    #[default]
+    Exponential,
+    /// min(extinction · step, 1), for comparison with renderers that do so.
+    Linear,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn tenth() -> f64 {
+    0.1
+}
+
+fn fifth() -> f64 {
+    0.2
+}
+
+fn nine_tenths() -> f64 {
+    0.9
+}
+
+fn thirty_two() -> f64 {
+    32.0
+}
+
+fn default_termination() -> f64 {
+    1.0 / 1024.0
+}
+
+fn light_grey() -> Albedo {
+    crate::config::values::Color([0.8; 3])
+}
