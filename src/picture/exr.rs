@@ -1,0 +1,259 @@
+//! EXR files: float32 written losslessly, any flat layout read.
+//!
+//! Writes one part in ZIP16 scan lines, which every EXR reader knows. Reads scan lines or tiles,
+//! the largest level of mip maps, half, float and uint samples, and every compression the `exr`
+//! crate decodes (DWAA and DWAB among them). A file is untrusted: what its header claims is
+//! checked against its length before anything is allocated.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{self, BufReader, Read, Seek},
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+};
+
+use exr::prelude::{self as openexr, ReadChannels, ReadLayers, Text, WritableImage};
+use openexr::{AnyChannel, AnyChannels, AttributeValue, FlatSamples, Image, Layer, LayerAttributes};
+
+use super::{
+    atomic::write_atomically,
+    types::{Channel, Picture, Samples, colour_names},
+    unreadable,
+};
+use crate::error::{Error, Result};
+
+/// The most pixels a picture may have: 2²⁸, or 16384×16384.
+pub const MAX_PIXELS: usize = 1 << 28;
+/// The most bytes the samples of one EXR part may take in memory: 16 GiB.
+pub const MAX_BYTES: u64 = 1 << 34;
+/// The most that EXR's compressions can shrink a picture: DWA keeps 4 of the 128 bytes of a
+/// constant 8×8 half block and deflates them, at best 1032-fold: 33 024-fold. A larger ratio is a lie.
+const MAX_RATIO: u64 = 1 << 16;
+
+/// Writes a picture as EXR (float32 and uint32, ZIP16), atomically.
+///
+/// Metadata become text attributes in UTF-8. The channels are stored sorted by name.
+///
+/// # Errors
+/// [`Error::Failed`] where the picture is not writable ([`Picture::validate`]), a metadata name
+/// is one that EXR reserves, or the disk refuses; an old file at `path` is then untouched.
+pub fn write_exr(path: &Path, picture: &Picture) -> Result<()> {
+    let fail = |what: String| Error::Failed(format!("{}: cannot be written as EXR: {what}", path.display()));
+    picture.validate().map_err(fail)?;
+    let image = to_image(picture).map_err(fail)?;
+    write_atomically(path, |file| image.write().to_buffered(file).map_err(to_io))
+}
+
+/// Reads an EXR file: the first part with colour (`R G B` or `Y`), else the first flat part.
+///
+/// Half floats are widened; text and numeric attributes become metadata. The data window is the
+/// picture; its offset in the display window is dropped.
+///
+/// # Errors
+/// [`Error::Input`] where the file cannot be opened, is damaged, has only deep data, or claims
+/// more than [`MAX_PIXELS`] or [`MAX_BYTES`].
+pub fn read_exr(path: &Path) -> Result<Picture> {
+    let file = File::open(path).map_err(|cause| unreadable(path, &cause))?;
+    let length = file.metadata().map_err(|cause| unreadable(path, &cause))?.len();
+    decode_guarded(BufReader::new(file), length)
+        .map_err(|what| Error::Input(format!("{}: {what}", path.display())))
+}
+
+/// [`decode`], with a panic of the decoder turned into an error.
+///
+/// `exr` answers most damage with an error but still indexes and divides by header values in
+/// places; a damaged file must not end the program. All its state is local to the call and is
+/// dropped by the unwinding, so nothing broken is seen afterwards. Decoding stays on this
+/// thread, because a panic on a worker thread could not be caught.
+fn decode_guarded(reader: impl Read + Seek, length: u64) -> Result<Picture, String> {
+    catch_unwind(AssertUnwindSafe(|| decode(reader, length)))
+        .unwrap_or_else(|_| Err("a damaged EXR file (its decoder gave up); write it again".into()))
+}
+
+fn decode(reader: impl Read + Seek, length: u64) -> Result<Picture, String> {
+    let chunks = exr::block::read(reader, false).map_err(describe)?;
+    for header in chunks.headers() {
+        check_claims(header, length)?;
+    }
+    let part = Part::choose(chunks.headers())?;
+    let image = openexr::read().no_deep_data().largest_resolution_level().all_channels();
+    let image = ReadPart { part, channels: image }
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_chunks(chunks)
+        .map_err(describe)?;
+    let metadata = metadata_of(&image);
+    let Layer { channel_data, size, .. } = image.layer_data;
+    let channels = channel_data.list.into_iter().map(to_channel).collect();
+    let picture = Picture { width: size.x(), height: size.y(), channels, metadata };
+    picture.validate().map_err(|what| format!("a damaged EXR file: {what}"))?;
+    Ok(picture)
+}
+
+/// Compares what a header claims with the limits and with what `length` bytes can hold.
+fn check_claims(header: &exr::meta::header::Header, length: u64) -> Result<(), String> {
+    let (width, height) = (header.layer_size.x(), header.layer_size.y());
+    let pixels = width.checked_mul(height).filter(|&pixels| pixels <= MAX_PIXELS);
+    let pixels = pixels.ok_or_else(|| {
+        format!("claims {width}×{height} pixels; at most {MAX_PIXELS} are read, so scale it down")
+    })?;
+    let bytes = (pixels as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
+    if bytes > MAX_BYTES {
+        return Err(format!(
+            "claims {bytes} bytes of samples; at most {MAX_BYTES} are read, so drop channels"
+        ));
+    }
+    // Each chunk takes 8 bytes in the offset table and 8 or more of its own.
+    let chunks = (header.chunk_count as u64).saturating_mul(16);
+    if chunks > length || bytes > length.saturating_mul(MAX_RATIO) {
+        return Err(format!(
+            "a damaged EXR file: it claims {width}×{height} pixels and has only {length} bytes; write it again"
+        ));
+    }
+    Ok(())
+}
+
+/// Which part of a file is read: enough of its header to know it again.
+struct Part {
+    name: Option<Text>,
+    channels: exr::meta::attribute::ChannelList,
+}
+
+impl Part {
+    fn choose(headers: &[exr::meta::header::Header]) -> Result<Self, String> {
+        let flat = || headers.iter().filter(|header| !header.deep);
+        let has_colour = |header: &&exr::meta::header::Header| {
+            let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
+            colour_names(names.iter().map(String::as_str)).is_some()
+        };
+        let header = flat().find(has_colour).or_else(|| flat().next());
+        header
+            .map(|header| Self {
+                name: header.own_attributes.layer_name.clone(),
+                channels: header.channels.clone(),
+            })
+            .ok_or_else(|| "an EXR file with deep data only; flatten it first".into())
+    }
+}
+
+/// Makes `exr` read just the chosen part.
+struct ReadPart<C> {
+    part: Part,
+    channels: C,
+}
+
+impl<'s, C: ReadChannels<'s>> ReadChannels<'s> for ReadPart<C> {
+    type Reader = C::Reader;
+
+    fn create_channels_reader(
+        &'s self,
+        header: &exr::meta::header::Header,
+    ) -> exr::error::Result<Self::Reader> {
+        let Part { name, channels } = &self.part;
+        if header.deep || header.own_attributes.layer_name != *name || header.channels != *channels {
+            return Err(exr::error::Error::NotSupported("another part".into()));
+        }
+        self.channels.create_channels_reader(header)
+    }
+}
+
+fn to_channel(channel: AnyChannel<FlatSamples>) -> Channel {
+    let data = match channel.sample_data {
+        FlatSamples::F16(values) => Samples::F32(values.into_iter().map(half::f16::to_f32).collect()),
+        FlatSamples::F32(values) => Samples::F32(values),
+        FlatSamples::U32(values) => Samples::U32(values),
+    };
+    Channel { name: channel.name.to_string(), data }
+}
+
+/// The text and number attributes of a file, as text.
+fn metadata_of(image: &Image<Layer<AnyChannels<FlatSamples>>>) -> BTreeMap<String, String> {
+    let layer = &image.layer_data.attributes;
+    let custom = image.attributes.other.iter().chain(&layer.other);
+    let custom = custom.filter_map(|(name, value)| Some((utf8(name), as_text(value)?)));
+    let standard = STANDARD_TEXTS
+        .iter()
+        .filter_map(|(name, field)| Some(((*name).to_owned(), utf8(field(&mut layer.clone()).as_ref()?))));
+    custom.chain(standard).collect()
+}
+
+fn as_text(value: &AttributeValue) -> Option<String> {
+    match value {
+        AttributeValue::Text(text) => Some(utf8(text)),
+        AttributeValue::F64(number) => Some(number.to_string()),
+        AttributeValue::F32(number) => Some(number.to_string()),
+        AttributeValue::I32(number) => Some(number.to_string()),
+        _ => None,
+    }
+}
+
+/// EXR texts are bytes; today's writers mean UTF-8, old ones Latin-1.
+fn utf8(text: &Text) -> String {
+    String::from_utf8(text.bytes().to_vec()).unwrap_or_else(|_| text.to_string())
+}
+
+type TextField = fn(&mut LayerAttributes) -> &mut Option<Text>;
+
+/// Standard attributes that `exr` keeps in fields of their own instead of among the custom ones.
+const STANDARD_TEXTS: [(&str, TextField); 4] = [
+    ("owner", |layer| &mut layer.owner),
+    ("comments", |layer| &mut layer.comments),
+    ("capDate", |layer| &mut layer.capture_date),
+    ("software", |layer| &mut layer.software_name),
+];
+
+fn to_image(picture: &Picture) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, String> {
+    let mut attributes = LayerAttributes::default();
+    for (name, value) in &picture.metadata {
+        if name.is_empty() || name.len() > 255 || !name.bytes().all(|byte| byte.is_ascii_graphic()) {
+            return Err(format!("metadata name `{name}`; it must be 1 to 255 visible ASCII characters"));
+        }
+        let value = Text::from_slice_unchecked(value.as_bytes());
+        match STANDARD_TEXTS.iter().find(|(standard, _)| standard == name) {
+            Some((_, field)) => *field(&mut attributes) = Some(value),
+            None => {
+                let name = Text::from_slice_unchecked(name.as_bytes());
+                attributes.other.insert(name, AttributeValue::Text(value));
+            }
+        }
+    }
+    let channels = picture.channels.iter().map(from_channel).collect();
+    let encoding = openexr::Encoding {
+        compression: openexr::Compression::ZIP16,
+        blocks: openexr::Blocks::ScanLines,
+        line_order: openexr::LineOrder::Increasing,
+    };
+    let size = (picture.width, picture.height);
+    Ok(Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels))))
+}
+
+fn from_channel(channel: &Channel) -> AnyChannel<FlatSamples> {
+    let samples = match &channel.data {
+        Samples::F32(values) => FlatSamples::F32(values.clone()),
+        Samples::U32(values) => FlatSamples::U32(values.clone()),
+    };
+    AnyChannel::new(Text::from_slice_unchecked(channel.name.as_bytes()), samples)
+}
+
+fn to_io(error: exr::error::Error) -> io::Error {
+    match error {
+        exr::error::Error::Io(cause) => cause,
+        other => io::Error::other(other.to_string()),
+    }
+}
+
+fn describe(error: exr::error::Error) -> String {
+    match error {
+        exr::error::Error::NotSupported(what) => {
+            format!("an EXR file of an unsupported kind ({what}); save it as flat scan lines")
+        }
+        exr::error::Error::Io(cause) => format!("cannot be read ({cause}); check the disk"),
+        other => format!("a damaged EXR file ({other}); write it again"),
+    }
+}
+
+#[cfg(test)]
+#[path = "exr_tests.rs"]
+mod tests;
