@@ -8,6 +8,7 @@ pub mod error;
 pub mod metrics;
 pub mod picture;
 pub mod scene;
+pub mod transfer;
 pub mod volume;
 
 pub use error::{Error, Result};

@@ -1,0 +1,65 @@
+//! Voxels written as decimal numbers (NRRD `encoding: ascii`, MetaImage `BinaryData = False`).
+
+use super::error::VolumeError;
+use super::payload::Payload;
+use super::source::describe;
+use super::stored::{Stored, with_stored};
+use super::voxels::{Voxel, Voxels};
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+
+/// Reads the numbers from where the payload starts; blanks and commas separate them.
+pub(super) fn load(
+    payload: &Payload<'_>,
+    mut file: File,
+    length: u64,
+    notes: &mut Vec<String>,
+) -> Result<Voxels, VolumeError> {
+    let path = payload.path;
+    let begin = payload.start(length)?;
+    // A number takes a digit and a separator, so a file too short for the grid is refused before any allocation.
+    let most = (length - begin).div_ceil(2);
+    if most < payload.count() as u64 {
+        return Err(too_few(payload, &format!("room for at most {most}")));
+    }
+    file.seek(SeekFrom::Start(begin)).map_err(|e| VolumeError::io(path, e))?;
+    let mut bytes = Vec::new();
+    let room = usize::try_from(length - begin).unwrap_or(usize::MAX);
+    bytes.try_reserve_exact(room).map_err(|_| VolumeError::memory(path, length - begin))?;
+    file.take(length - begin).read_to_end(&mut bytes).map_err(|e| VolumeError::io(path, e))?;
+    let text = String::from_utf8_lossy(&bytes);
+    with_stored!(payload.kind, T => numbers::<T>(payload, &text, notes))
+}
+
+fn numbers<T: Stored>(
+    payload: &Payload<'_>,
+    text: &str,
+    notes: &mut Vec<String>,
+) -> Result<Voxels, VolumeError> {
+    let mut tokens = text.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|t| !t.is_empty());
+    let mut values: Vec<T::Kept> = Vec::new();
+    let bytes = (payload.count() * size_of::<T::Kept>()) as u64;
+    values.try_reserve_exact(payload.count()).map_err(|_| VolumeError::memory(payload.path, bytes))?;
+    for token in tokens.by_ref().take(payload.count()) {
+        let Some(value) = T::parse(token) else {
+            let shown: String = token.chars().take(20).collect();
+            let problem = format!("its number {} is {shown:?}", values.len() + 1);
+            let remedy = format!("write a {} there", payload.kind.name());
+            return Err(VolumeError::malformed(payload.path, problem, remedy));
+        };
+        values.push(value);
+    }
+    if values.len() < payload.count() {
+        return Err(too_few(payload, &format!("found {}", values.len())));
+    }
+    if tokens.next().is_some() {
+        payload.beyond("more numbers", notes)?;
+    }
+    Ok(T::Kept::voxels(values.into()))
+}
+
+fn too_few(payload: &Payload<'_>, found: &str) -> VolumeError {
+    let (count, grid) = (payload.count(), describe(&payload.dims, payload.kind));
+    let problem = format!("expected {count} numbers ({grid}), {found}");
+    VolumeError::length(payload.path, problem, "complete the file or correct the sizes")
+}
