@@ -3,10 +3,14 @@
 //! Dependencies point one way: `config` (TOML with spans) → `scene` (validated) → `device`
 //! (the only place that knows OpenCL) → `render` → `film` → `picture` (EXR, PNG).
 
+pub mod cli;
 pub mod config;
+pub mod device;
 pub mod error;
+pub mod film;
 pub mod metrics;
 pub mod picture;
+pub mod render;
 pub mod scene;
 pub mod transfer;
 pub mod volume;

@@ -1,2 +1,5 @@
-//! The `svetlo` command.
-fn main() {}
+//! The `svetlo` command; everything is in the library.
+
+fn main() -> std::process::ExitCode {
+    svetlo::cli::main().into()
+}

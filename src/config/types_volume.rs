@@ -140,10 +140,6 @@ pub enum FieldConfig {
         #[serde(default = "three_tenths")]
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         radius: f64,
-        /// Width of the edge in fractions of the box's largest extent: when given, the value is
-        /// 0.5 + distance / softness, clamped to 0..1, instead of the signed distance.
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        softness: Option<f64>,
     },
     /// The test signal of Marschner and Lobb (1994) on [-1, 1]³.
     MarschnerLobb {

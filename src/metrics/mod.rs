@@ -14,7 +14,7 @@
 //! | bias   | mean (x−r) |
 
 mod blocks;
-mod command;
+pub mod command;
 mod compare;
 mod corrected;
 mod difference;

@@ -85,8 +85,6 @@ pub enum FieldKind {
         centre: DVec3,
         /// Fractions of the largest extent, > 0.
         radius: f64,
-        /// If set (> 0), the value is clamp(½ + distance / softness, 0, 1) instead of the distance.
-        softness: Option<f64>,
     },
     /// Marschner and Lobb's test signal on [−1, 1]³.
     MarschnerLobb {
@@ -180,8 +178,8 @@ fn field_kind(config: &FieldConfig, cx: &mut Context<'_>) -> FieldKind {
     match *config {
         FieldConfig::Constant { value } => FieldKind::Constant { value },
         FieldConfig::Ramp { from, to, axis } => FieldKind::Ramp { from, to, axis },
-        FieldConfig::Sphere { centre, radius, softness } => {
-            FieldKind::Sphere { centre: DVec3::from_array(centre), radius, softness }
+        FieldConfig::Sphere { centre, radius } => {
+            FieldKind::Sphere { centre: DVec3::from_array(centre), radius }
         }
         FieldConfig::MarschnerLobb { frequency, alpha } => FieldKind::MarschnerLobb { frequency, alpha },
         FieldConfig::SheppLogan { rotation } => FieldKind::SheppLogan { rotation },
@@ -201,7 +199,9 @@ fn field_kind(config: &FieldConfig, cx: &mut Context<'_>) -> FieldKind {
 fn ends(window: WindowConfig, cx: &mut Context<'_>) -> (f64, f64) {
     let (lo, hi, key) = match window {
         WindowConfig::Ends { lo, hi } => (lo, hi, "volume.window.hi"),
-        WindowConfig::Level { centre, width } => (centre - width / 2.0, centre + width / 2.0, "volume.window.width"),
+        WindowConfig::Level { centre, width } => {
+            (centre - width / 2.0, centre + width / 2.0, "volume.window.width")
+        }
     };
     if hi <= lo {
         let what = if key.ends_with("hi") { "`hi` must be more than `lo`" } else { "the window is empty" };

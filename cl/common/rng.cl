@@ -1,0 +1,31 @@
+// Counter-based random numbers: Philox4x32-10 (Salmon et al. 2011). Stateless, so the same scene and seed give
+// the same bits whatever the launch sizes.
+
+// Purposes keep streams apart that share a pixel and a sample.
+#define RNG_STEP_PHASE 1u
+
+inline uint4 philox4x32(uint4 counter, uint2 key) {
+    for (int round = 0; round < 10; ++round) {
+        uint high_0 = mul_hi(0xD2511F53u, counter.x);
+        uint low_0 = 0xD2511F53u * counter.x;
+        uint high_1 = mul_hi(0xCD9E8D57u, counter.z);
+        uint low_1 = 0xCD9E8D57u * counter.z;
+        counter = (uint4)(high_1 ^ counter.y ^ key.x, low_1, high_0 ^ counter.w ^ key.y, low_0);
+        key += (uint2)(0x9E3779B9u, 0xBB67AE85u);
+    }
+    return counter;
+}
+
+// 24 bits, in [0, 1).
+inline float uniform_float(uint bits) {
+    return (float)(bits >> 8) * 0x1p-24f;
+}
+
+inline float4 uniform_float4(uint4 bits) {
+    return convert_float4(bits >> 8) * 0x1p-24f;
+}
+
+// Four uniform numbers for one pixel, sample and purpose.
+inline float4 random4(uint2 seed, uint pixel, uint sample, uint purpose) {
+    return uniform_float4(philox4x32((uint4)(pixel, sample, 0u, purpose), seed));
+}

@@ -1,0 +1,189 @@
+// Isosurface: the first crossing of the trilinear field with a value, exactly, then local shading.
+//
+// Inside a cell the field minus the value is a cubic g. Its derivative's roots cut the cell into pieces where g is
+// monotone, so a sign change brackets exactly one root: even numbers of roots are not missed. The sign is carried
+// from cell to cell, so a crossing on a shared face is found even when rounding moves it. Where the ray enters the
+// box inside the surface, the box's face is not a surface.
+#include "film/accumulate.cl"
+#include "render/background.cl"
+#include "render/camera.cl"
+#include "render/frame.cl"
+#include "types/light.cl"
+#include "types/method.cl"
+#include "volume/bricks.cl"
+
+#define ROOT_STEPS 24
+
+// The root of g in [lo, hi], where g changes sign: Newton's method kept inside the bracket by bisection.
+inline float bracketed_root(struct Cubic g, float lo, float hi, bool positive_at_lo) {
+    float s = 0.5f * (lo + hi);
+    for (int i = 0; i < ROOT_STEPS; ++i) {
+        float value = cubic_value(g, s);
+        if ((value >= 0.0f) == positive_at_lo) {
+            lo = s;
+        } else {
+            hi = s;
+        }
+        float slope = g.b + s * (2.0f * g.c + s * 3.0f * g.d);
+        float next = s - value / slope;
+        if (!(next > lo && next < hi)) {
+            next = 0.5f * (lo + hi);
+        }
+        if (fabs(next - s) < 1e-7f) {
+            return next;
+        }
+        s = next;
+    }
+    return s;
+}
+
+// First s in [0, 1] where g changes sign, or -1. `*positive`: sign of g before; updated to the sign after.
+inline float first_crossing(struct Cubic g, bool *positive) {
+    // Interior extrema, ascending; 1 where there is none.
+    float e0 = 1.0f;
+    float e1 = 1.0f;
+    float discriminant = g.c * g.c - 3.0f * g.b * g.d;
+    if (discriminant > 0.0f) {
+        float q = -(g.c + copysign(sqrt(discriminant), g.c));
+        float r0 = q != 0.0f ? g.b / q : 1.0f;
+        float r1 = g.d != 0.0f ? q / (3.0f * g.d) : 1.0f;
+        r0 = r0 > 0.0f && r0 < 1.0f ? r0 : 1.0f;
+        r1 = r1 > 0.0f && r1 < 1.0f ? r1 : 1.0f;
+        e0 = fmin(r0, r1);
+        e1 = fmax(r0, r1);
+    }
+    float lo = 0.0f;
+    bool sign = *positive;
+    if ((g.a >= 0.0f) != sign) {
+        *positive = !sign;
+        return 0.0f;
+    }
+    for (int piece = 0; piece < 3; ++piece) {
+        float hi = piece == 0 ? e0 : piece == 1 ? e1 : 1.0f;
+        if (hi > lo) {
+            bool sign_hi = cubic_value(g, hi) >= 0.0f;
+            if (sign_hi != sign) {
+                *positive = sign_hi;
+                return bracketed_root(g, lo, hi, sign);
+            }
+            lo = hi;
+        }
+    }
+    return -1.0f;
+}
+
+// Distance along the ray to the first crossing, or -INFINITY.
+inline float find_surface(__constant struct Volume *volume, const struct GridRay *ray, __global const VOXEL *voxels,
+    __global const float2 *bricks, float iso, uint *lookups) {
+    struct CellCursor cursor = cursor_start(volume, ray);
+    bool known = false; // whether `positive` is the sign where the cursor stands
+    bool positive = false;
+    for (;;) {
+        float2 range = bricks[brick_index(volume, cursor.cell)];
+        bool skip = range.x >= iso || range.y < iso;
+        bool side = range.x >= iso;
+        struct Corners corners;
+        if (!skip) {
+            corners = fetch_cell(volume, voxels, cursor.cell);
+            *lookups += 1;
+            float4 least = fmin(corners.low, corners.high);
+            float4 most = fmax(corners.low, corners.high);
+            side = fmin(fmin(least.x, least.y), fmin(least.z, least.w)) >= iso;
+            if (side || fmax(fmax(most.x, most.y), fmax(most.z, most.w)) < iso) {
+                // The whole cell is on one side.
+                if (known && side != positive) {
+                    return cursor.t;
+                }
+                positive = side;
+                known = true;
+                if (cursor_exit(&cursor, ray) >= ray->t1) {
+                    return -INFINITY;
+                }
+                cursor_next(&cursor, ray);
+                continue;
+            }
+        } else {
+            if (known && side != positive) {
+                return cursor.t;
+            }
+            positive = side;
+            known = true;
+            if (!cursor_skip_brick(&cursor, volume, ray)) {
+                return -INFINITY;
+            }
+            continue;
+        }
+        float exit = cursor_exit(&cursor, ray);
+        struct Cubic g = cursor_cubic(&cursor, ray, corners, cursor.t, exit);
+        g.a -= iso;
+        if (!known) {
+            positive = g.a >= 0.0f;
+            known = true;
+        }
+        float s = first_crossing(g, &positive);
+        if (s >= 0.0f) {
+            return cursor.t + s * (exit - cursor.t);
+        }
+        if (exit >= ray->t1) {
+            return -INFINITY;
+        }
+        cursor_next(&cursor, ray);
+    }
+}
+
+// Ambient + Lambert (albedo / pi) + Blinn-Phong (unnormalised lobe, as in the rasterisers it comes from).
+inline float3 shade(__constant struct Isosurface *method, __constant struct Light *lights, uint light_count,
+    float3 point, float3 normal, float3 view) {
+    float3 albedo = method->albedo.xyz;
+    float3 radiance = method->ambient * albedo;
+    for (uint i = 0; i < light_count; ++i) {
+        float4 position = lights[i].position;
+        float3 to_light = position.w == 1.0f ? position.xyz - point : position.w == 2.0f ? view : -position.xyz;
+        float distance2 = dot(to_light, to_light);
+        to_light *= rsqrt(distance2);
+        float3 irradiance = lights[i].power.xyz / (position.w == 1.0f ? distance2 : 1.0f);
+        float cosine = dot(normal, to_light);
+        if (cosine > 0.0f) {
+            float3 middle = normalize(to_light + view);
+            float lobe = pow(fmax(dot(normal, middle), 0.0f), method->shininess);
+            radiance += irradiance * (method->diffuse * cosine * M_1_PI_F * albedo + method->specular * lobe * M_1_PI_F);
+        }
+    }
+    return radiance;
+}
+
+__kernel void render_isosurface(__constant struct Frame *frame, __constant struct Camera *camera,
+    __constant struct Volume *volume, __constant struct Isosurface *method, __global const VOXEL *voxels,
+    __global const float2 *bricks, __constant struct Light *lights, __global const float4 *environment,
+    __global struct FilmPixel *film, uint first_tile, uint tile_count, uint first_sample, uint sample_count) {
+    int pixel = frame_pixel(camera->width, camera->height, first_tile, tile_count);
+    if (pixel < 0) {
+        return;
+    }
+    uint4 keys = philox4x32((uint4)((uint)pixel, 0u, 0u, 0u), (uint2)(frame->seed_low, frame->seed_high));
+    struct FilmPixel accumulated = film[pixel];
+    for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
+        struct Ray ray = camera_ray(camera, (uint)pixel, sample, keys);
+        struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
+        uint lookups = 0;
+        float t = -INFINITY;
+        if (grid.t1 > grid.t0) {
+            t = find_surface(volume, &grid, voxels, bricks, method->iso, &lookups);
+        }
+        if (t < grid.t0) {
+            float3 behind = background_radiance(frame, environment, ray.direction);
+            film_add(&accumulated, (float4)(behind, 0.0f), -1.0f, lookups);
+            continue;
+        }
+        // Towards the viewer, whichever side is the inside.
+        float3 gradient = gradient_raw(volume, voxels, grid_point(&grid, t));
+        lookups += 6;
+        float length2 = dot(gradient, gradient);
+        float3 normal = length2 > 0.0f ? gradient * rsqrt(length2) : -ray.direction;
+        normal = dot(normal, ray.direction) > 0.0f ? -normal : normal;
+        float3 point = ray.origin + t * ray.direction;
+        float3 radiance = shade(method, lights, frame->light_count, point, normal, -ray.direction);
+        film_add(&accumulated, (float4)(radiance, 1.0f), t - ray.t_min, lookups);
+    }
+    film[pixel] = accumulated;
+}

@@ -1,0 +1,16 @@
+// What does not change between the launches of one render.
+struct Frame {
+    float4 background;      // radiance behind everything, or the factor of the environment map
+    uint seed_low;
+    uint seed_high;
+    uint environment_width; // texels
+    uint environment_height;
+    float environment_turn; // rotation about +y, in turns
+    float length_unit;      // scene units per local unit
+    uint light_count;
+    uint table_size;        // entries of the transfer function's table
+    uint table_rows;        // rows of a 2-D table (gradient magnitude), 1 otherwise
+    float gradient_scale;   // s = |gradient of v per local unit| * gradient_scale
+    uint pad_0;
+    uint pad_1;
+};

@@ -1,0 +1,27 @@
+// The parameters of each method.
+struct EmissionAbsorption {
+    float step;            // step size, local units
+    float min_transmittance; // stop below; 0 = never
+    float radiance;        // L0: the transfer function's colours times this
+    uint pad_0;
+};
+
+struct Isosurface {
+    float4 albedo;
+    float iso;             // stored value of the surface
+    float ambient;
+    float diffuse;
+    float specular;
+    float shininess;
+    uint pad_0;
+    uint pad_1;
+    uint pad_2;
+};
+
+struct Mip {
+    float4 color;          // factor of the displayed value
+    uint table_size;       // entries of the colour map, 0 = grey
+    uint pad_0;
+    uint pad_1;
+    uint pad_2;
+};

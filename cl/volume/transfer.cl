@@ -1,0 +1,94 @@
+// The transfer function as a table over the window value (and the gradient magnitude, TF_2D).
+//
+// An entry holds (sigma_t r, sigma_t g, sigma_t b, sigma_t) in local units: emission and extinction of the
+// emission-absorption model, linear between entries. TRANSMITTANCE_ONLY: the colours are all black, so an entry is sigma_t alone.
+#include "types/frame.cl"
+#include "volume/sampling.cl"
+
+#ifdef TRANSMITTANCE_ONLY
+typedef float Medium;
+#define medium_sigma(m) (m)
+#else
+typedef float4 Medium;
+#define medium_sigma(m) ((m).w)
+#endif
+
+// Position of a window value in the table: whole part in *index (at most size - 2), fraction returned.
+inline float table_position(float value, uint size, int *index) {
+    float x = clamp(value, 0.0f, 1.0f) * (float)(size - 1);
+    *index = min((int)x, (int)size - 2);
+    return x - (float)*index;
+}
+
+inline Medium table_row(__global const Medium *row, int index, float fraction) {
+    return row[index] + fraction * (row[index + 1] - row[index]);
+}
+
+#ifdef TF_2D
+// Value and gradient magnitude at a point in grid coordinates.
+inline Medium medium_at(__constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
+    __global const Medium *table, float3 point) {
+    float value = window_value(volume, sample_raw(volume, voxels, point));
+    float3 gradient = gradient_raw(volume, voxels, point) * volume->value_scale;
+    int i, j;
+    float fx = table_position(value, frame->table_size, &i);
+    float fy = table_position(length(gradient) * frame->gradient_scale, frame->table_rows, &j);
+    __global const Medium *row = table + (size_t)j * frame->table_size;
+    Medium low = table_row(row, i, fx);
+    Medium high = table_row(row + frame->table_size, i, fx);
+    return low + fy * (high - low);
+}
+#define MEDIUM_LOOKUPS 7
+#else
+inline Medium medium_of_value(__constant struct Frame *frame, __global const Medium *table, float value) {
+    int i;
+    float f = table_position(value, frame->table_size, &i);
+    return table_row(table, i, f);
+}
+
+inline Medium medium_at(__constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
+    __global const Medium *table, float3 point) {
+    return medium_of_value(frame, table, window_value(volume, sample_raw(volume, voxels, point)));
+}
+#define MEDIUM_LOOKUPS 1
+#endif
+
+#ifndef TF_2D
+// The table's integral, to average it exactly over an interval of values.
+struct TableIntegral {
+    __global const Medium *high;  // integral of the table from 0 to entry k, over v: high[k] + low[k]
+    __global const Medium *low;
+    __global const uint *kinks;   // number of entries up to k at which the slope changes
+};
+
+// Mean of the table over window values between `a` and `b` (exact for the piecewise linear table).
+inline Medium table_mean(__constant struct Frame *frame, __global const Medium *table, struct TableIntegral integral,
+    float a, float b) {
+    float lo = fmin(a, b);
+    float hi = fmax(a, b);
+    int i, j;
+    float fi = table_position(lo, frame->table_size, &i);
+    float fj = table_position(hi, frame->table_size, &j);
+    Medium at_lo = table_row(table, i, fi);
+    Medium at_hi = table_row(table, j, fj);
+    if (i == j && lo >= 0.0f && hi <= 1.0f) {
+        return 0.5f * (at_lo + at_hi);
+    }
+    // Beyond 0 and 1 the table is constant; in between: two partial intervals and whole ones by the integral,
+    // whose two-float difference does not cancel.
+    float spacing = 1.0f / (float)(frame->table_size - 1);
+    float below = fmax(-lo, 0.0f) - fmax(-hi, 0.0f);
+    float above = fmax(hi - 1.0f, 0.0f) - fmax(lo - 1.0f, 0.0f);
+    Medium sum = below * table[0] + above * table[frame->table_size - 1];
+    if (i == j) {
+        sum += 0.5f * (fj - fi) * spacing * (at_lo + at_hi);
+    } else {
+        Medium first = 0.5f * (1.0f - fi) * (at_lo + table[i + 1]);
+        Medium last = 0.5f * fj * (table[j] + at_hi);
+        Medium whole = (integral.high[j] - integral.high[i + 1]) + (integral.low[j] - integral.low[i + 1]);
+        sum += spacing * (first + last) + whole;
+    }
+    float width = below + above + (((float)j + fj) - ((float)i + fi)) * spacing;
+    return width > 0.0f ? sum / width : 0.5f * (at_lo + at_hi);
+}
+#endif

@@ -1,0 +1,88 @@
+//! The command line: arguments in, one of the documented exit codes out.
+
+mod check;
+mod devices;
+mod progress;
+mod render;
+
+use crate::metrics::command::CompareArgs;
+use crate::{Error, Result};
+use clap::{Parser, Subcommand};
+use std::io::Write;
+
+/// Render volumes on any OpenCL device: a TOML scene in, a progressive EXR image out.
+///
+/// Exit codes: 0 fine; 1 it failed while running; 2 the input is wrong; 3 a comparison is out of tolerance;
+/// 130 interrupted, after the last image was written whole.
+#[derive(Parser)]
+#[command(name = "svetlo", version, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to an EXR image and a PNG preview.
+    Render(render::RenderArgs),
+    /// Validate a scene and print the plan: features, memory per device, launches.
+    Check(check::CheckArgs),
+    /// List OpenCL platforms and devices, and the selector that picks each.
+    Devices(devices::DevicesArgs),
+    /// Compare an image with a reference: RMSE, PSNR, relMSE, MAPE, bias.
+    Compare(CompareArgs),
+    /// Print the JSON Schema of scene files, for editors.
+    Schema,
+}
+
+/// Runs the command of this process and returns its exit code.
+pub fn main() -> u8 {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let _ = error.print();
+            return u8::from(error.use_stderr()) * 2;
+        }
+    };
+    match run(arguments.command) {
+        Ok(()) => 0,
+        Err(error) => {
+            // The interrupt was reported where it was handled.
+            if !matches!(error, Error::Interrupted) {
+                eprintln!("{}", message(&error));
+            }
+            error.exit_code()
+        }
+    }
+}
+
+/// Scene diagnostics start with their own `error:` and place; everything else gets the word here.
+fn message(error: &Error) -> String {
+    let text = error.to_string();
+    if text.starts_with("error") { text } else { format!("error: {text}") }
+}
+
+fn run(command: Command) -> Result<()> {
+    match command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Devices(arguments) => devices::run(&arguments),
+        Command::Compare(arguments) => crate::metrics::command::run(&arguments),
+        Command::Schema => print_line(&pretty(&crate::config::schema())),
+    }
+}
+
+/// JSON for people to read.
+fn pretty(value: &serde_json::Value) -> String {
+    format!("{value:#}")
+}
+
+/// Prints to stdout; a reader that went away (`| head`) is not an error.
+fn print_line(text: &str) -> Result<()> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::Failed(format!("cannot write to stdout: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,107 @@
+//! The kernel sources, embedded at build time, and the resolver of their `#include` lines.
+
+use crate::{Error, Result};
+
+macro_rules! embed {
+    ($($path:literal),* $(,)?) => {
+        &[$(($path, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/cl/", $path)))),*]
+    };
+}
+
+/// Every file of `cl/`, by its path below that folder.
+const FILES: &[(&str, &str)] = embed![
+    "common/numeric.cl",
+    "common/rng.cl",
+    "common/sobol.cl",
+    "film/accumulate.cl",
+    "render/background.cl",
+    "render/camera.cl",
+    "render/emission_absorption.cl",
+    "render/frame.cl",
+    "render/isosurface.cl",
+    "render/mip.cl",
+    "types/camera.cl",
+    "types/film.cl",
+    "types/frame.cl",
+    "types/light.cl",
+    "types/volume.cl",
+    "volume/bricks.cl",
+    "volume/cell.cl",
+    "volume/grid.cl",
+    "volume/sampling.cl",
+    "volume/transfer.cl",
+];
+
+/// The text of `entry` with every `#include "path"` replaced by that file, each file once.
+///
+/// `#line` directives make compilers name the real file and line.
+///
+/// # Errors
+/// [`Error::Failed`] when a named file is not embedded: a mistake in a kernel source.
+pub(super) fn resolve(entry: &str) -> Result<String> {
+    let mut seen = Vec::new();
+    let mut text = String::new();
+    append(entry, &mut seen, &mut text)?;
+    Ok(text)
+}
+
+fn append(path: &str, seen: &mut Vec<String>, text: &mut String) -> Result<()> {
+    if seen.iter().any(|known| known == path) {
+        return Ok(());
+    }
+    seen.push(path.into());
+    let (_, source) = FILES
+        .iter()
+        .find(|(name, _)| *name == path)
+        .ok_or_else(|| Error::Failed(format!("kernel source cl/{path} is not part of this program")))?;
+    text.push_str(&format!("#line 1 \"cl/{path}\"\n"));
+    for (number, line) in source.lines().enumerate() {
+        match included(line) {
+            Some(file) => {
+                append(file, seen, text)?;
+                text.push_str(&format!("#line {} \"cl/{path}\"\n", number + 2));
+            }
+            None => {
+                text.push_str(line);
+                text.push('\n');
+            }
+        }
+    }
+    Ok(())
+}
+
+fn included(line: &str) -> Option<&str> {
+    line.trim().strip_prefix("#include \"")?.strip_suffix('"')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_cl_is_embedded_and_resolves() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cl");
+        let mut folders = vec![root.clone()];
+        let mut count = 0;
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                    continue;
+                }
+                let name = path.strip_prefix(&root).unwrap().to_str().unwrap().replace('\\', "/");
+                resolve(&name).unwrap();
+                count += 1;
+            }
+        }
+        assert_eq!(count, FILES.len());
+    }
+
+    #[test]
+    fn each_file_is_included_once_and_lines_are_marked() {
+        let text = resolve("render/mip.cl").unwrap();
+        assert_eq!(text.matches("#line 1 \"cl/volume/grid.cl\"").count(), 1);
+        assert!(!text.contains("#include"));
+    }
+}

@@ -1,0 +1,74 @@
+//! The camera on the device.
+
+use super::local::{LocalFrame, float4};
+use crate::device_struct;
+use crate::scene::{Camera, CameraKind, Image};
+use glam::DVec3;
+
+device_struct! {
+    "types/camera.cl",
+    /// A camera in local units; see `cl/types/camera.cl`.
+    pub struct DeviceCamera {
+        /// Point of the central ray at the reference depth.
+        pub base: [f32; 4],
+        /// Change of that point over half the image's width.
+        pub base_u: [f32; 4],
+        /// Change of that point over half the image's height.
+        pub base_v: [f32; 4],
+        /// Direction of the central ray per unit of view depth.
+        pub dir: [f32; 4],
+        /// Change of the direction over half the image's width.
+        pub dir_u: [f32; 4],
+        /// Change of the direction over half the image's height.
+        pub dir_v: [f32; 4],
+        /// Lens radius times the image plane's first axis.
+        pub lens_u: [f32; 4],
+        /// Lens radius times the image plane's second axis.
+        pub lens_v: [f32; 4],
+        /// View depth of `base`.
+        pub depth: f32,
+        /// 1 / focus distance.
+        pub inv_focus: f32,
+        /// Image width in pixels.
+        pub width: u32,
+        /// Image height in pixels.
+        pub height: u32,
+    }
+}
+
+impl DeviceCamera {
+    /// The camera of a scene in the local frame of its volume.
+    ///
+    /// Rays start at the depth of the box's centre (when that lies ahead), so a far eye costs no precision.
+    pub fn new(camera: &Camera, image: &Image, frame: &LocalFrame) -> Self {
+        let forward = (camera.target - camera.position).normalize();
+        let right = forward.cross(camera.up).normalize();
+        let up = right.cross(forward);
+        let eye = frame.point(camera.position);
+        let depth = (frame.size() * 0.5 - eye).dot(forward).max(0.0);
+        let aspect = f64::from(image.width) / f64::from(image.height);
+        let (half_height, perspective, lens, inv_focus) = match camera.kind {
+            CameraKind::Perspective { fov, aperture, focus } => {
+                ((fov * 0.5).tan(), true, aperture / frame.unit, frame.unit / focus)
+            }
+            CameraKind::Orthographic { height } => (0.5 * height / frame.unit, false, 0.0, 0.0),
+        };
+        let (u, v) = (right * half_height * aspect, up * half_height);
+        let (spread, slope) = if perspective { (depth, 1.0) } else { (1.0, 0.0) };
+        let vector = |v: DVec3| float4(v, 0.0);
+        Self {
+            base: vector(eye + forward * depth),
+            base_u: vector(u * spread),
+            base_v: vector(v * spread),
+            dir: vector(forward),
+            dir_u: vector(u * slope),
+            dir_v: vector(v * slope),
+            lens_u: vector(right * lens),
+            lens_v: vector(up * lens),
+            depth: depth as f32,
+            inv_focus: inv_focus as f32,
+            width: image.width,
+            height: image.height,
+        }
+    }
+}

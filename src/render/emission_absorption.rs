@@ -1,0 +1,91 @@
+//! Emission-absorption: the kernel is `cl/render/emission_absorption.cl`.
+
+use super::medium::MediumTable;
+use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
+use crate::device::ProgramSpec;
+use crate::scene::{Compositing, Quadrature, Transfer};
+use crate::{Result, device_struct};
+
+device_struct! {
+    "types/method.cl",
+    /// Parameters of emission-absorption.
+    pub struct EmissionAbsorption {
+        /// Step size in local units.
+        pub step: f32,
+        /// Rays stop below this transmittance; 0 is never.
+        pub min_transmittance: f32,
+        /// Factor of the transfer function's colours.
+        pub radiance: f32,
+        /// Padding.
+        pub pad_0: u32,
+    }
+}
+
+/// Settings of the method, from the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Radiance that the transfer function's colours are scaled by.
+    pub radiance: f64,
+    /// How the integral along a ray is computed.
+    pub quadrature: Quadrature,
+    /// Smallest transmittance that is followed.
+    pub termination: f64,
+}
+
+/// Makes the method ready.
+///
+/// # Errors
+/// [`crate::Error::Input`] when a 2-D table cannot be read.
+pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFrame) -> Result<MethodSetup> {
+    let scene = input.scene;
+    let table = MediumTable::new(&scene.transfer, &scene.medium, input.window, input.local.unit)?;
+    frame.table_size = table.size as u32;
+    frame.table_rows = table.rows as u32;
+    let gradient_max =
+        if let Transfer::TwoD(two_d) = &scene.transfer { Some(two_d.gradient_max) } else { None };
+    frame.gradient_scale = gradient_max.map_or(0.0, |max| (1.0 / max) as f32);
+
+    let (step, jitter, linear) = match settings.quadrature {
+        Quadrature::Cell => (None, false, false),
+        Quadrature::Step { step, jitter, compositing } => {
+            (Some(step), jitter, matches!(compositing, Compositing::Linear))
+        }
+    };
+    // Opacity is what the linear form gets wrong, so the shortcut of summing optical depth would hide it.
+    let sigma_only = !linear && (table.is_black() || settings.radiance == 0.0);
+    let spec = ProgramSpec::new("render/emission_absorption.cl")
+        .feature("TF_2D", gradient_max.is_some())
+        .feature("STEP", step.is_some())
+        .feature("JITTER", jitter)
+        .feature("LINEAR_COMPOSITING", linear)
+        .feature("TRANSMITTANCE_ONLY", sigma_only);
+    let parameters = EmissionAbsorption {
+        step: step.unwrap_or(1.0) as f32,
+        min_transmittance: settings.termination as f32,
+        radiance: settings.radiance as f32,
+        pad_0: 0,
+    };
+    let occupancy = table.occupancy(input.bricks, input.grid.window());
+    let occupied = occupancy.iter().filter(|&&b| b > 0).count();
+    let (high, low) = table.device_integral(sigma_only);
+    let notes = vec![format!(
+        "{occupied} of {} bricks can hold extinction; the largest is {:.6} per scene unit",
+        occupancy.len(),
+        table.max_sigma() / input.local.unit
+    )];
+    Ok(MethodSetup {
+        spec,
+        kernel: "render_emission_absorption",
+        parameters: HostBuffer::new("method parameters", &[parameters]),
+        tables: vec![
+            HostBuffer { name: "brick occupancy", bytes: occupancy },
+            HostBuffer { name: "transfer function", bytes: table.device_entries(sigma_only) },
+            HostBuffer { name: "transfer function integral", bytes: high },
+            HostBuffer { name: "transfer function integral, low parts", bytes: low },
+            HostBuffer::new("transfer function kinks", &table.kinks()),
+        ],
+        random: jitter,
+        has_depth: false,
+        notes,
+    })
+}

@@ -1,0 +1,265 @@
+//! The voxel grid on the device: window, padding and brick bounds.
+
+use super::local::{LocalFrame, float4};
+use crate::device::{Buffer, Device};
+use crate::volume::{Volume, Voxels};
+use crate::{Result, device_struct};
+use bytemuck::Pod;
+use rayon::prelude::*;
+
+/// Copies of the border voxels around the grid, per side: one for the trilinear kernel beyond the outermost voxel
+/// centres, one more for central differences. Mirrors `GRID_PAD` in `cl/types/volume.cl`.
+const PAD: usize = 2;
+
+/// Bytes staged at a time while uploading.
+const SLAB_BYTES: usize = 8 << 20;
+
+device_struct! {
+    "types/volume.cl",
+    /// The voxel grid; see `cl/types/volume.cl`.
+    pub struct DeviceVolume {
+        /// Grid units per local unit.
+        pub scale: [f32; 4],
+        /// Voxels per axis.
+        pub dims: [i32; 4],
+        /// Bricks per axis; last: log2 of the cells per brick edge.
+        pub bricks: [i32; 4],
+        /// Elements per row of the padded buffer.
+        pub row: u32,
+        /// Elements per slice of the padded buffer.
+        pub slice: u32,
+        /// Stored value to window value: factor.
+        pub value_scale: f32,
+        /// Stored value to window value: offset.
+        pub value_offset: f32,
+    }
+}
+
+/// Which stored values the window maps to 0 and 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StoredWindow {
+    /// The stored value shown as 0.
+    pub zero: f64,
+    /// The stored value shown as 1; smaller than `zero` when the file's slope is negative.
+    pub one: f64,
+}
+
+impl StoredWindow {
+    /// The window `lo..hi` in data units of `volume`.
+    pub fn new(volume: &Volume, (lo, hi): (f64, f64)) -> Self {
+        let stored = |data: f64| (data - volume.intercept) / volume.slope;
+        Self { zero: stored(lo), one: stored(hi) }
+    }
+
+    /// The stored value at a window value.
+    pub fn stored(&self, value: f64) -> f64 {
+        self.zero + value * (self.one - self.zero)
+    }
+
+    /// The window value of a stored value, not clamped.
+    pub fn value(&self, stored: f64) -> f64 {
+        (stored - self.zero) / (self.one - self.zero)
+    }
+
+    /// What a voxel that is not finite counts as: NaN and -inf as the window's low end, +inf as its high end.
+    fn clean(&self, voxel: f32) -> f32 {
+        if voxel.is_finite() {
+            voxel
+        } else if voxel == f32::INFINITY {
+            self.zero.max(self.one) as f32
+        } else {
+            self.zero.min(self.one) as f32
+        }
+    }
+}
+
+/// Lower and upper bound of the stored values that the trilinear field takes in each brick, x fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BrickRanges {
+    /// Bricks per axis.
+    pub counts: [usize; 3],
+    /// log2 of the cells per brick edge.
+    pub shift: u32,
+    /// (low, high) per brick.
+    pub ranges: Vec<[f32; 2]>,
+}
+
+/// A volume with its window: everything that does not depend on the method.
+pub struct Grid<'a> {
+    volume: &'a Volume,
+    window: StoredWindow,
+    frame: LocalFrame,
+}
+
+/// Runs `$body` with `$voxels` bound to the typed slice of the volume's voxels.
+macro_rules! with_voxels {
+    ($volume:expr, $voxels:ident => $body:expr) => {
+        match &$volume.voxels {
+            Voxels::U8(store) => {
+                let $voxels: &[u8] = store;
+                $body
+            }
+            Voxels::I8(store) => {
+                let $voxels: &[i8] = store;
+                $body
+            }
+            Voxels::U16(store) => {
+                let $voxels: &[u16] = store;
+                $body
+            }
+            Voxels::I16(store) => {
+                let $voxels: &[i16] = store;
+                $body
+            }
+            Voxels::F32(store) => {
+                let $voxels: &[f32] = store;
+                $body
+            }
+        }
+    };
+}
+
+/// What the device needs of a voxel type.
+trait Voxel: Pod + Into<f32> + Sync + Send {
+    /// The voxel as uploaded.
+    fn cleaned(self, window: &StoredWindow) -> Self;
+}
+
+macro_rules! integer_voxel {
+    ($($type:ty),*) => { $(impl Voxel for $type { fn cleaned(self, _: &StoredWindow) -> Self { self } })* };
+}
+integer_voxel!(u8, i8, u16, i16);
+
+impl Voxel for f32 {
+    fn cleaned(self, window: &StoredWindow) -> Self {
+        window.clean(self)
+    }
+}
+
+impl<'a> Grid<'a> {
+    /// A grid placed by `frame` and seen through a window in stored values.
+    pub fn new(volume: &'a Volume, window: StoredWindow, frame: LocalFrame) -> Self {
+        Self { volume, window, frame }
+    }
+
+    /// The window in stored values.
+    pub fn window(&self) -> &StoredWindow {
+        &self.window
+    }
+
+    /// The OpenCL C type of a voxel.
+    pub fn device_type(&self) -> &'static str {
+        match &self.volume.voxels {
+            Voxels::U8(_) => "uchar",
+            Voxels::I8(_) => "char",
+            Voxels::U16(_) => "ushort",
+            Voxels::I16(_) => "short",
+            Voxels::F32(_) => "float",
+        }
+    }
+
+    fn padded(&self) -> [usize; 3] {
+        self.volume.dims.map(|n| n + 2 * PAD)
+    }
+
+    /// Voxels in the padded device buffer, and bytes of each.
+    pub fn device_voxels(&self) -> (u64, usize) {
+        (self.padded().iter().map(|&n| n as u64).product(), self.volume.voxels.voxel_type().bytes())
+    }
+
+    /// The grid's description for kernels that use `bricks`.
+    pub fn describe(&self, bricks: &BrickRanges) -> DeviceVolume {
+        let [nx, ny, _] = self.padded();
+        let [x, y, z] = self.volume.dims.map(|n| n as i32);
+        let [bx, by, bz] = bricks.counts.map(|n| n as i32);
+        let scale = 1.0 / (self.window.one - self.window.zero);
+        DeviceVolume {
+            scale: float4(1.0 / self.frame.spacing, 0.0),
+            dims: [x, y, z, 0],
+            bricks: [bx, by, bz, bricks.shift as i32],
+            row: nx as u32,
+            slice: (nx * ny) as u32,
+            value_scale: scale as f32,
+            value_offset: (-self.window.zero * scale) as f32,
+        }
+    }
+
+    /// Copies the voxels to the device, slab by slab, with the border repeated [`PAD`] times and voxels that are
+    /// not finite replaced.
+    ///
+    /// # Errors
+    /// [`crate::Error::Failed`] when the device has no room or fails.
+    pub fn upload(&self, device: &Device) -> Result<Buffer<u8>> {
+        with_voxels!(self.volume, voxels => self.upload_typed(device, voxels))
+    }
+
+    fn upload_typed<T: Voxel>(&self, device: &Device, voxels: &[T]) -> Result<Buffer<u8>> {
+        let [nx, ny, nz] = self.padded();
+        let slice_bytes = nx * ny * size_of::<T>();
+        let buffer = Buffer::<u8>::uninitialised(device, slice_bytes * nz)?;
+        let slices = (SLAB_BYTES / slice_bytes).clamp(1, nz);
+        let mut slab = vec![T::zeroed(); slices * nx * ny];
+        for first in (0..nz).step_by(slices) {
+            let count = slices.min(nz - first);
+            let part = &mut slab[..count * nx * ny];
+            part.par_chunks_mut(nx).enumerate().for_each(|(row, target)| {
+                self.pad_row(voxels, row % ny, first + row / ny, target);
+            });
+            buffer.write(device, first * slice_bytes, bytemuck::cast_slice(part))?;
+        }
+        Ok(buffer)
+    }
+
+    /// Fills a row of the padded grid.
+    fn pad_row<T: Voxel>(&self, voxels: &[T], y: usize, z: usize, target: &mut [T]) {
+        let [nx, ny, nz] = self.volume.dims;
+        let inside = |i: usize, n: usize| i.saturating_sub(PAD).min(n - 1);
+        let start = (inside(z, nz) * ny + inside(y, ny)) * nx;
+        let source = &voxels[start..start + nx];
+        for (value, voxel) in target[PAD..PAD + nx].iter_mut().zip(source) {
+            *value = voxel.cleaned(&self.window);
+        }
+        let (first, last) = (target[PAD], target[PAD + nx - 1]);
+        target[..PAD].fill(first);
+        target[PAD + nx..].fill(last);
+    }
+
+    /// Bounds of the field in bricks of 2^`shift` cells per edge.
+    ///
+    /// A brick's cells reach one voxel beyond it on the high side, so neighbours overlap by one voxel: the bounds
+    /// hold for every interpolated value, not only at voxels.
+    pub fn brick_ranges(&self, shift: u32) -> BrickRanges {
+        with_voxels!(self.volume, voxels => self.brick_ranges_typed(voxels, shift))
+    }
+
+    fn brick_ranges_typed<T: Voxel>(&self, voxels: &[T], shift: u32) -> BrickRanges {
+        let dims = self.volume.dims;
+        // Cells are numbered like the padded voxels at their low corner: PAD - 1 ..= PAD + n - 1.
+        let counts = dims.map(|n| ((PAD + n - 1) >> shift) + 1);
+        let extent = |brick: usize, n: usize| {
+            let low = (brick << shift).saturating_sub(PAD).min(n - 1);
+            let high = ((brick + 1) << shift).saturating_sub(PAD).min(n - 1);
+            low..high + 1
+        };
+        let ranges = (0..counts.iter().product())
+            .into_par_iter()
+            .map(|index: usize| {
+                let brick =
+                    [index % counts[0], index / counts[0] % counts[1], index / (counts[0] * counts[1])];
+                let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+                for z in extent(brick[2], dims[2]) {
+                    for y in extent(brick[1], dims[1]) {
+                        let row = (z * dims[1] + y) * dims[0];
+                        for x in extent(brick[0], dims[0]) {
+                            let value: f32 = voxels[row + x].cleaned(&self.window).into();
+                            low = low.min(value);
+                            high = high.max(value);
+                        }
+                    }
+                }
+                [low, high]
+            })
+            .collect();
+        BrickRanges { counts, shift, ranges }
+    }
+}

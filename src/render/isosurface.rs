@@ -1,0 +1,111 @@
+//! Isosurface: the kernel is `cl/render/isosurface.cl`.
+
+use super::local::float4;
+use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
+use crate::device::ProgramSpec;
+use crate::device_struct;
+use crate::scene::{Domain, Light, Material};
+use glam::DVec3;
+
+device_struct! {
+    "types/method.cl",
+    /// Parameters of the isosurface.
+    pub struct Isosurface {
+        /// Colour of the surface.
+        pub albedo: [f32; 4],
+        /// Stored value of the surface.
+        pub iso: f32,
+        /// Factor of the constant term.
+        pub ambient: f32,
+        /// Factor of the Lambertian term.
+        pub diffuse: f32,
+        /// Factor of the Blinn-Phong term.
+        pub specular: f32,
+        /// Exponent of the Blinn-Phong term.
+        pub shininess: f32,
+        /// Padding.
+        pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
+        /// Padding.
+        pub pad_2: u32,
+    }
+}
+
+device_struct! {
+    "types/light.cl",
+    /// A light for surface shading; see `cl/types/light.cl`.
+    pub struct DeviceLight {
+        /// Point: position, 1. Directional: direction of travel, 0. Headlight: anything, 2.
+        pub position: [f32; 4],
+        /// Irradiance, or intensity over local units squared.
+        pub power: [f32; 4],
+    }
+}
+
+/// Makes the method ready for the surface `value` (in `domain`).
+pub fn prepare(
+    input: &MethodInput<'_>,
+    value: f64,
+    domain: Domain,
+    material: &Material,
+    frame: &mut DeviceFrame,
+) -> MethodSetup {
+    let (lo, hi) = input.window;
+    let value = match domain {
+        Domain::Normalized => value,
+        Domain::Data => (value - lo) / (hi - lo),
+    };
+    let iso = input.grid.window().stored(value) as f32;
+    let mut notes = Vec::new();
+    let mut lights: Vec<DeviceLight> =
+        input.scene.lights.iter().map(|light| device_light(light, input)).collect();
+    if lights.is_empty() {
+        notes.push("no [[light]]: a headlight shines along each view ray (irradiance pi)".into());
+        lights.push(DeviceLight { position: [0.0, 0.0, 0.0, 2.0], power: [std::f32::consts::PI; 4] });
+    }
+    frame.light_count = lights.len() as u32;
+    let crossed = input.bricks.ranges.iter().filter(|[low, high]| *low < iso && iso <= *high).count();
+    notes.push(format!("{crossed} of {} bricks contain the surface", input.bricks.ranges.len()));
+    if crossed == 0 {
+        notes.push(format!(
+            "the value {value:.6} (window units) is reached nowhere: the picture is the background"
+        ));
+    }
+    let parameters = Isosurface {
+        albedo: float4(DVec3::from_array(material.color), 1.0),
+        iso,
+        ambient: material.ambient as f32,
+        diffuse: material.diffuse as f32,
+        specular: material.specular as f32,
+        shininess: material.shininess as f32,
+        pad_0: 0,
+        pad_1: 0,
+        pad_2: 0,
+    };
+    MethodSetup {
+        spec: ProgramSpec::new("render/isosurface.cl"),
+        kernel: "render_isosurface",
+        parameters: HostBuffer::new("method parameters", &[parameters]),
+        tables: vec![
+            HostBuffer::new("brick ranges", &input.bricks.ranges),
+            HostBuffer::new("lights", &lights),
+        ],
+        random: false,
+        has_depth: true,
+        notes,
+    }
+}
+
+fn device_light(light: &Light, input: &MethodInput<'_>) -> DeviceLight {
+    match light {
+        Light::Point { position, intensity } => {
+            let local = DVec3::from_array(*intensity) / (input.local.unit * input.local.unit);
+            DeviceLight { position: float4(input.local.point(*position), 1.0), power: float4(local, 0.0) }
+        }
+        Light::Directional { direction, irradiance } => DeviceLight {
+            position: float4(direction.normalize(), 0.0),
+            power: float4(DVec3::from_array(*irradiance), 0.0),
+        },
+    }
+}

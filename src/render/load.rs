@@ -1,0 +1,71 @@
+//! From a scene's description of its volume to the volume itself.
+
+use crate::scene::{self, Endian as SceneEndian, FieldKind, SheppLoganRotation, VolumeSource, VoxelKind};
+use crate::volume::field::{
+    AnyField, Axis, Cloud, Constant, Hydrogen, MarschnerLobb, Ramp, Rotation, SheppLogan, Sphere, sample,
+};
+use crate::volume::{Endian, RawOptions, StoredType, Volume, read};
+use crate::{Error, Result};
+use glam::DVec3;
+
+/// Reads the file, or samples the field at voxel centres.
+///
+/// # Errors
+/// [`Error::Input`] when the file is wrong or the field's parameters are.
+pub fn load_volume(settings: &scene::Volume) -> Result<Volume> {
+    match &settings.source {
+        VolumeSource::File { path, dims, voxel_type, endian, offset } => {
+            let options = RawOptions {
+                dims: *dims,
+                kind: voxel_type.map(stored_type),
+                // Little is the default, and files with a header say their own.
+                endian: (*endian == SceneEndian::Big).then_some(Endian::Big),
+                offset: *offset,
+            };
+            Ok(read(path, &options)?)
+        }
+        VolumeSource::Field { kind, dims } => {
+            let extent = DVec3::from_array(dims.map(|n| n as f64)) * settings.spacing.unwrap_or(DVec3::ONE);
+            let field = field(kind, extent / extent.max_element())?;
+            sample(&field, *dims).map_err(|error| Error::Input(format!("[volume] field: {error}")))
+        }
+    }
+}
+
+fn stored_type(kind: VoxelKind) -> StoredType {
+    match kind {
+        VoxelKind::Uint8 => StoredType::U8,
+        VoxelKind::Int8 => StoredType::I8,
+        VoxelKind::Uint16 => StoredType::U16,
+        VoxelKind::Int16 => StoredType::I16,
+        VoxelKind::Float32 => StoredType::F32,
+        VoxelKind::Float64 => StoredType::F64,
+    }
+}
+
+/// `aspect`: extents of the box over the largest one.
+fn field(kind: &FieldKind, aspect: DVec3) -> Result<AnyField> {
+    Ok(match *kind {
+        FieldKind::Constant { value } => AnyField::Constant(Constant::new(value)?),
+        FieldKind::Ramp { from, to, axis } => {
+            let axis = match axis {
+                scene::Axis::X => Axis::X,
+                scene::Axis::Y => Axis::Y,
+                scene::Axis::Z => Axis::Z,
+            };
+            AnyField::Ramp(Ramp::new(from, to, axis)?)
+        }
+        FieldKind::Sphere { centre, radius } => AnyField::Sphere(Sphere::new(centre, radius, aspect)?),
+        FieldKind::MarschnerLobb { frequency, alpha } => {
+            AnyField::MarschnerLobb(MarschnerLobb::new(frequency, alpha)?)
+        }
+        FieldKind::SheppLogan { rotation } => AnyField::SheppLogan(SheppLogan::new(match rotation {
+            SheppLoganRotation::Schabel => Rotation::Schabel,
+            SheppLoganRotation::OwnAxis => Rotation::OwnAxis,
+        })),
+        FieldKind::Hydrogen { n, l, m, extent } => {
+            AnyField::Hydrogen(Hydrogen::new(n, l, m, extent, aspect)?)
+        }
+        FieldKind::Cloud => AnyField::Cloud(Cloud),
+    })
+}

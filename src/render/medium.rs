@@ -1,0 +1,150 @@
+//! The transfer function on the device, and what bounds it.
+
+use super::grid::{BrickRanges, StoredWindow};
+use crate::Result;
+use crate::scene::{Medium, Transfer};
+use crate::transfer::{TransferFunction1d, TransferFunction2d, sigma_table};
+
+/// A transfer function's table in local units, with what exact averages and bounds need.
+pub struct MediumTable {
+    /// Entries along the value axis.
+    pub size: usize,
+    /// Rows along the gradient axis; 1 for a function of the value alone.
+    pub rows: usize,
+    /// Per entry (sigma_t r, sigma_t g, sigma_t b, sigma_t), per local unit, value fastest.
+    entries: Vec<[f64; 4]>,
+    /// Range maximum of sigma_t over the value axis: level l holds the maximum of 2^l entries (over all rows).
+    maxima: Vec<Vec<f64>>,
+}
+
+impl MediumTable {
+    /// The table of a scene's transfer function for a `window` in data units; `unit`: scene units per local unit,
+    /// which is the smallest voxel spacing.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] when a 2-D table cannot be read.
+    pub fn new(transfer: &Transfer, medium: &Medium, window: (f64, f64), unit: f64) -> Result<Self> {
+        let (rgba, size, rows) = match transfer {
+            Transfer::OneD(settings) => {
+                let rgba = TransferFunction1d::from_settings(settings, window).rgba;
+                let size = rgba.len();
+                (rgba, size, 1)
+            }
+            Transfer::TwoD(settings) => {
+                let table = TransferFunction2d::from_settings(settings)?;
+                (table.rgba, table.width, table.height)
+            }
+        };
+        let entries: Vec<[f64; 4]> = sigma_table(&rgba, medium, unit)
+            .into_iter()
+            .map(|[r, g, b, sigma]| {
+                let local = sigma * unit;
+                [local * r, local * g, local * b, local]
+            })
+            .collect();
+        let columns =
+            (0..size).map(|x| (0..rows).map(|y| entries[y * size + x][3]).fold(0.0, f64::max)).collect();
+        Ok(Self { size, rows, maxima: range_maxima(columns), entries })
+    }
+
+    /// Whether every colour with extinction is black: then only transmittance matters.
+    pub fn is_black(&self) -> bool {
+        self.entries.iter().all(|entry| entry[..3].iter().all(|&c| c == 0.0))
+    }
+
+    /// The largest extinction over all values, per local unit.
+    pub fn max_sigma(&self) -> f64 {
+        self.max_between(0.0, 1.0)
+    }
+
+    /// The largest extinction over window values between `a` and `b`, partly covered entries included.
+    pub fn max_between(&self, a: f64, b: f64) -> f64 {
+        let last = (self.size - 1) as f64;
+        // One part in 10^6 of an entry outward: the device rounds to float32.
+        let low = ((a.min(b).clamp(0.0, 1.0) * last - 1e-3).floor().max(0.0)) as usize;
+        let high = ((a.max(b).clamp(0.0, 1.0) * last + 1e-3).ceil().min(last)) as usize;
+        let level = (high - low + 1).ilog2() as usize;
+        let row = &self.maxima[level];
+        row[low].max(row[high + 1 - (1 << level)])
+    }
+
+    /// Per brick, 1 where the extinction can be above zero.
+    pub fn occupancy(&self, bricks: &BrickRanges, window: &StoredWindow) -> Vec<u8> {
+        let occupied = |&[low, high]: &[f32; 2]| {
+            let (a, b) = (window.value(f64::from(low)), window.value(f64::from(high)));
+            u8::from(self.max_between(a, b) > 0.0)
+        };
+        bricks.ranges.iter().map(occupied).collect()
+    }
+
+    /// The entries as the device reads them: four floats, or the extinction alone.
+    pub fn device_entries(&self, sigma_only: bool) -> Vec<u8> {
+        device_bytes(&self.entries, sigma_only, |x| x as f32)
+    }
+
+    /// The table's integral from value 0 to each entry, as the sum of two floats (high parts, low parts).
+    ///
+    /// Trapezoids are exact for a piecewise linear table; f64 sums and two floats keep differences exact.
+    pub fn device_integral(&self, sigma_only: bool) -> (Vec<u8>, Vec<u8>) {
+        let spacing = 1.0 / (self.size - 1) as f64;
+        let mut integral = vec![[0.0; 4]; self.size];
+        for k in 1..self.size {
+            for (c, sum) in integral[k - 1].into_iter().enumerate() {
+                integral[k][c] = sum + 0.5 * spacing * (self.entries[k - 1][c] + self.entries[k][c]);
+            }
+        }
+        let high = |x: f64| x as f32;
+        let low = |x: f64| (x - f64::from(x as f32)) as f32;
+        (device_bytes(&integral, sigma_only, high), device_bytes(&integral, sigma_only, low))
+    }
+
+    /// Per entry, how many entries up to it have a kink: two values with equal counts see a smooth table between.
+    ///
+    /// A kink is a second difference that stands out from those two entries away; a smooth curve (opacity to
+    /// extinction is a logarithm) has none, and Gauss quadrature is accurate on it.
+    pub fn kinks(&self) -> Vec<u32> {
+        let bend = |k: usize, c: usize| -> f64 {
+            if k == 0 || k + 1 >= self.size {
+                return 0.0;
+            }
+            let [a, b, d] = [k - 1, k, k + 1].map(|i| self.entries[i][c]);
+            (a - 2.0 * b + d).abs()
+        };
+        let scale = self.entries.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let is_kink = |k: usize| {
+            (0..4).any(|c| {
+                let around = bend(k.saturating_sub(2), c).max(bend(k + 2, c));
+                bend(k, c) > 4.0 * around + 1e-9 * scale
+            })
+        };
+        let mut count = 0;
+        (0..self.size)
+            .map(|k| {
+                count += u32::from(is_kink(k));
+                count
+            })
+            .collect()
+    }
+}
+
+fn device_bytes(values: &[[f64; 4]], sigma_only: bool, part: impl Fn(f64) -> f32) -> Vec<u8> {
+    let floats: Vec<f32> = if sigma_only {
+        values.iter().map(|v| part(v[3])).collect()
+    } else {
+        values.iter().flatten().map(|&x| part(x)).collect()
+    };
+    bytemuck::cast_slice(&floats).to_vec()
+}
+
+/// Sparse table of maxima: level l, position i covers entries i..i + 2^l.
+fn range_maxima(values: Vec<f64>) -> Vec<Vec<f64>> {
+    let mut levels = vec![values];
+    let mut width = 1;
+    while 2 * width <= levels[0].len() {
+        let previous = &levels[levels.len() - 1];
+        let next = (0..=levels[0].len() - 2 * width).map(|i| previous[i].max(previous[i + width])).collect();
+        levels.push(next);
+        width *= 2;
+    }
+    levels
+}

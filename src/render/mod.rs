@@ -1,0 +1,39 @@
+//! Rendering: from a validated scene to a film.
+//!
+//! A [`Plan`] makes everything ready on the host; a [`Session`] runs it on a device. Each method is one file here
+//! and one kernel of the same name under `cl/render/`.
+
+mod camera;
+pub mod emission_absorption;
+pub mod grid;
+pub mod isosurface;
+mod load;
+pub mod local;
+pub mod medium;
+pub mod method;
+pub mod mip;
+mod output;
+mod plan;
+mod progressive;
+mod session;
+
+pub use camera::DeviceCamera;
+pub use load::load_volume;
+pub use output::{Snapshot, method_name};
+pub use plan::{BRICK_SHIFT, Plan};
+pub use progressive::{Ended, Observer, Status, run};
+pub use session::{Progress, Session};
+
+use crate::device::layout::StructLayout;
+
+/// Every struct shared with kernels, for the layout probe.
+pub const LAYOUTS: &[StructLayout] = &[
+    DeviceCamera::LAYOUT,
+    grid::DeviceVolume::LAYOUT,
+    method::DeviceFrame::LAYOUT,
+    crate::film::FilmPixel::LAYOUT,
+    emission_absorption::EmissionAbsorption::LAYOUT,
+    isosurface::Isosurface::LAYOUT,
+    isosurface::DeviceLight::LAYOUT,
+    mip::Mip::LAYOUT,
+];

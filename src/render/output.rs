@@ -1,0 +1,96 @@
+//! From the film to a picture with its metadata.
+
+use super::plan::Plan;
+use super::session::Session;
+use crate::Result;
+use crate::film::{FilmPixel, FilmSummary};
+use crate::picture::Picture;
+use crate::scene::Method;
+use std::time::Duration;
+
+/// A film read back, with what the metadata says about how it came to be.
+pub struct Snapshot {
+    /// The picture, with metadata.
+    pub picture: Picture,
+    /// The film as a whole.
+    pub summary: FilmSummary,
+}
+
+impl Snapshot {
+    /// Reads the session's film; `wall` is the time since the render began.
+    ///
+    /// # Errors
+    /// [`crate::Error::Failed`] when the device fails.
+    pub fn take(session: &Session, plan: &Plan<'_>, wall: Duration) -> Result<Self> {
+        let film = session.film()?;
+        let summary = FilmSummary::of(&film);
+        let mut picture = picture(&film, plan);
+        describe(&mut picture, session, plan, &summary, wall);
+        Ok(Self { picture, summary })
+    }
+}
+
+/// The planes of the EXR: R G B A, Z where the method measures a depth (scene units, 0 = nothing hit), the variance
+/// of one sample, and the number of samples.
+fn picture(film: &[FilmPixel], plan: &Plan<'_>) -> Picture {
+    let image = &plan.scene.image;
+    let means: Vec<[f64; 4]> = film.iter().map(FilmPixel::mean).collect();
+    let variances: Vec<[f64; 4]> = film.iter().map(|pixel| pixel.variance().unwrap_or_default()).collect();
+    let plane = |values: &[[f64; 4]], channel: usize| values.iter().map(|v| v[channel] as f32).collect();
+    let mut picture = Picture::new(image.width as usize, image.height as usize);
+    for (channel, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+        picture = picture.with_channel(name, plane(&means, channel));
+    }
+    for (channel, name) in ["variance.R", "variance.G", "variance.B", "variance.A"].into_iter().enumerate() {
+        picture = picture.with_channel(name, plane(&variances, channel));
+    }
+    if plan.method.has_depth {
+        let scale = plan.local.unit;
+        let depth =
+            |pixel: &FilmPixel| if pixel.hits > 0 { (f64::from(pixel.depth) * scale) as f32 } else { 0.0 };
+        picture = picture.with_channel("Z", film.iter().map(depth).collect());
+    }
+    picture.with_counts("samples", film.iter().map(|pixel| pixel.count).collect())
+}
+
+fn describe(
+    picture: &mut Picture,
+    session: &Session,
+    plan: &Plan<'_>,
+    summary: &FilmSummary,
+    wall: Duration,
+) {
+    let progress = session.progress();
+    let device = session.device().info();
+    let mut put = |key: &str, value: String| {
+        picture.metadata.insert(format!("svetlo.{key}"), value);
+    };
+    put("version", env!("CARGO_PKG_VERSION").into());
+    put("scene_hash", plan.scene.hash.clone());
+    put("method", method_name(&plan.scene.method).into());
+    put("seed", plan.scene.seed.to_string());
+    put("samples", progress.samples.to_string());
+    put("seconds_wall", format!("{:.6}", wall.as_secs_f64()));
+    put("seconds_device", format!("{:.6}", progress.device_time.as_secs_f64()));
+    put("seconds_build", format!("{:.6}", session.build_time.as_secs_f64()));
+    put("device", device.name.clone());
+    put("platform", device.platform.clone());
+    put("driver", device.driver.clone());
+    put("estimated_error", summary.relative_error().map_or("unknown".into(), |error| format!("{error:.6e}")));
+    put("rejected_samples", summary.rejected.to_string());
+    put("lookups", summary.lookups.to_string());
+    put("launches", progress.launches.to_string());
+    put("variance", "variance.* is the variance of one sample; over `samples` it is that of the mean".into());
+    if plan.method.has_depth {
+        put("depth", "Z is the mean distance to the camera in scene units, 0 where nothing was hit".into());
+    }
+}
+
+/// The name of a method in scene files.
+pub fn method_name(method: &Method) -> &'static str {
+    match method {
+        Method::Mip { .. } => "mip",
+        Method::Isosurface { .. } => "isosurface",
+        Method::EmissionAbsorption { .. } => "emission-absorption",
+    }
+}

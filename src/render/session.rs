@@ -1,0 +1,163 @@
+//! A session: one render on one device, from upload to film.
+
+use super::plan::Plan;
+use crate::device::{Arg, Buffer, Device, Kernel, Pacer, Program};
+use crate::film::FilmPixel;
+use crate::{Error, Result};
+use std::time::Duration;
+
+/// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
+const TILE: u32 = 8;
+
+/// Launches aim at this length: long enough to hide their overhead, short enough for watchdogs and Ctrl-C.
+const LAUNCH_TARGET: Duration = Duration::from_millis(100);
+
+/// How far a session has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Samples that every pixel has.
+    pub samples: u32,
+    /// Tiles of the next sample that are done.
+    pub tiles: u32,
+    /// Kernel launches so far.
+    pub launches: u64,
+    /// Time spent in them.
+    pub device_time: Duration,
+}
+
+/// A render on a device. Samples are added launch by launch; the film is bit for bit the same however they are cut.
+pub struct Session {
+    device: Device,
+    kernel: Kernel,
+    inputs: Vec<Buffer<u8>>,
+    film: Buffer<FilmPixel>,
+    tiles: u32,
+    pacer: Pacer,
+    launch_limit: Option<u64>,
+    progress: Progress,
+    /// Time to build the program, or to load it from the cache.
+    pub build_time: Duration,
+    /// Whether the program came from the binary cache.
+    pub build_cached: bool,
+}
+
+impl Session {
+    /// Builds the program and uploads the plan's data.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device lacks memory, or building or copying fails.
+    pub fn new(device: Device, plan: &Plan<'_>) -> Result<Self> {
+        plan.memory().check(device.info())?;
+        let program = Program::build(&device, &plan.spec)?;
+        let kernel = program.kernel(&device, plan.method.kernel)?;
+        let mut inputs = Vec::new();
+        let mut add = |bytes: &[u8]| -> Result<()> {
+            inputs.push(Buffer::from_slice(&device, bytes)?);
+            Ok(())
+        };
+        add(bytemuck::bytes_of(&plan.frame))?;
+        add(bytemuck::bytes_of(&plan.camera))?;
+        add(bytemuck::bytes_of(&plan.volume))?;
+        add(&plan.method.parameters.bytes)?;
+        inputs.push(plan.grid.upload(&device)?);
+        for table in plan.method.tables.iter().chain([&plan.environment]) {
+            inputs.push(Buffer::from_slice(&device, &table.bytes)?);
+        }
+        let image = &plan.scene.image;
+        let film = Buffer::zeroed(&device, image.width as usize * image.height as usize)?;
+        Ok(Self {
+            kernel,
+            inputs,
+            film,
+            tiles: image.width.div_ceil(TILE) * image.height.div_ceil(TILE),
+            pacer: Pacer::new(LAUNCH_TARGET),
+            launch_limit: None,
+            progress: Progress::default(),
+            build_time: program.build_time,
+            build_cached: program.cached,
+            device,
+        })
+    }
+
+    /// Caps launches at `units` tile-samples; the picture does not depend on it.
+    pub fn limit_launches(&mut self, units: u64) {
+        self.launch_limit = Some(units.max(1));
+    }
+
+    /// How far it has come.
+    pub fn progress(&self) -> Progress {
+        self.progress
+    }
+
+    /// The device it runs on.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// Runs one launch towards `target` samples per pixel: whole samples when they are short, else part of one.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn step(&mut self, target: u32) -> Result<()> {
+        let left = target.saturating_sub(self.progress.samples);
+        if left == 0 {
+            return Ok(());
+        }
+        let units = self.pacer.next(u64::from(self.tiles).min(64)).min(self.launch_limit.unwrap_or(u64::MAX));
+        let tiles = u64::from(self.tiles);
+        let (first_tile, tile_count, samples) = if self.progress.tiles == 0 && units >= tiles {
+            (0, self.tiles, u32::try_from(units / tiles).unwrap_or(u32::MAX).min(left))
+        } else {
+            let remaining = self.tiles - self.progress.tiles;
+            (self.progress.tiles, u32::try_from(units).unwrap_or(u32::MAX).min(remaining), 1)
+        };
+        self.launch(first_tile, tile_count, samples)?;
+        self.progress.tiles += tile_count;
+        if self.progress.tiles == self.tiles {
+            self.progress.tiles = 0;
+            self.progress.samples += samples;
+        }
+        Ok(())
+    }
+
+    fn launch(&mut self, first_tile: u32, tile_count: u32, samples: u32) -> Result<()> {
+        let mut arguments: Vec<Arg<'_>> = self.inputs.iter().map(Arg::from).collect();
+        arguments.push((&self.film).into());
+        arguments.extend([first_tile, tile_count, self.progress.samples, samples].map(Arg::from));
+        let items = tile_count as usize * (TILE * TILE) as usize;
+        let elapsed = self.kernel.run(&self.device, &arguments, items)?;
+        self.pacer.measured(u64::from(tile_count) * u64::from(samples), elapsed);
+        self.progress.launches += 1;
+        self.progress.device_time += elapsed;
+        Ok(())
+    }
+
+    /// Renders until every pixel has `samples` samples.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn render(&mut self, samples: u32) -> Result<()> {
+        while self.progress.samples < samples {
+            self.step(samples)?;
+        }
+        Ok(())
+    }
+
+    /// Empties the film; the next sample is the first again.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn reset(&mut self) -> Result<()> {
+        self.film = Buffer::zeroed(&self.device, self.film.len())?;
+        self.progress = Progress { launches: self.progress.launches, ..Progress::default() };
+        Ok(())
+    }
+
+    /// The film, row by row from the top.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn film(&self) -> Result<Vec<FilmPixel>> {
+        self.film.read(&self.device).map_err(|error| Error::Failed(format!("reading the film: {error}")))
+    }
+}
