@@ -2,7 +2,7 @@
 //!
 //! [`compare`] measures how far a linear picture x is from a reference r of the same size, over
 //! all M = pixels × channels values where both are finite, and says how sure it is. Where a file
-//! carries its own noise ([`noise`]), that noise is taken out of the error.
+//! carries its own noise (`variance.*`, per sample, and `samples`), that noise is taken out.
 //!
 //! | metric | definition |
 //! |--------|------------|

@@ -84,10 +84,9 @@ fn folder_of(target: &Path) -> &Path {
 
 /// An empty temporary file beside `target`, with the mode the target has or would get.
 fn temporary(target: &Path) -> io::Result<NamedTempFile> {
-    let mut prefix = std::ffi::OsString::from(".");
-    prefix.push(target.file_name().unwrap_or_default());
     let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix).suffix(".part");
+    // Not the target's name: with something added it may exceed what the file system takes.
+    builder.prefix(".svetlo-").suffix(".part");
     // tempfile's private 0600 would make every result unreadable to colleagues.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -125,6 +124,7 @@ fn explain(path: &Path, cause: &io::Error) -> String {
             format!("make the folder {folder} writable or choose another")
         }
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space or choose another disk".into(),
+        ErrorKind::FileTooLarge => "raise the file size limit (ulimit -f) or reduce the picture".into(),
         _ => "check the disk or choose another path".into(),
     };
     format!("{}: cannot be written ({cause}); {advice}", path.display())

@@ -27,9 +27,6 @@ use crate::error::{Error, Result};
 pub const MAX_PIXELS: usize = 1 << 28;
 /// The most bytes the samples of one EXR part may take in memory: 16 GiB.
 pub const MAX_BYTES: u64 = 1 << 34;
-/// The most that EXR's compressions can shrink a picture: DWA keeps 4 of the 128 bytes of a
-/// constant 8×8 half block and deflates them, at best 1032-fold: 33 024-fold. A larger ratio is a lie.
-const MAX_RATIO: u64 = 1 << 16;
 
 /// Writes a picture as EXR (float32 and uint32, ZIP16), atomically.
 ///
@@ -62,10 +59,10 @@ pub fn read_exr(path: &Path) -> Result<Picture> {
 
 /// [`decode`], with a panic of the decoder turned into an error.
 ///
-/// `exr` answers most damage with an error but still indexes and divides by header values in
-/// places; a damaged file must not end the program. All its state is local to the call and is
-/// dropped by the unwinding, so nothing broken is seen afterwards. Decoding stays on this
-/// thread, because a panic on a worker thread could not be caught.
+/// `exr` means to answer damage with errors, and random damage has not made it panic, but its
+/// decoders hold `expect`s and index by values from the file; a damaged file must not end the
+/// program. All its state is local to the call and is dropped by the unwinding, so nothing broken
+/// is seen afterwards. Decoding stays on this thread: a panic on a worker thread is not caught.
 fn decode_guarded(reader: impl Read + Seek, length: u64) -> Result<Picture, String> {
     catch_unwind(AssertUnwindSafe(|| decode(reader, length)))
         .unwrap_or_else(|_| Err("a damaged EXR file (its decoder gave up); write it again".into()))
@@ -107,12 +104,24 @@ fn check_claims(header: &exr::meta::header::Header, length: u64) -> Result<(), S
     }
     // Each chunk takes 8 bytes in the offset table and 8 or more of its own.
     let chunks = (header.chunk_count as u64).saturating_mul(16);
-    if chunks > length || bytes > length.saturating_mul(MAX_RATIO) {
+    if chunks > length || bytes > length.saturating_mul(max_ratio(header.compression)) {
         return Err(format!(
             "a damaged EXR file: it claims {width}×{height} pixels and has only {length} bytes; write it again"
         ));
     }
     Ok(())
+}
+
+/// The most that a compression can shrink a picture, rounded up; a file that claims more lies.
+///
+/// Deflate reaches 1032, the others without a transform less. DWA keeps 4 of the 128 bytes of a
+/// constant 8×8 half block and deflates those: 33 024.
+fn max_ratio(compression: exr::compression::Compression) -> u64 {
+    use exr::compression::Compression;
+    match compression {
+        Compression::DWAA(_) | Compression::DWAB(_) => 1 << 16,
+        _ => 1 << 11,
+    }
 }
 
 /// Which part of a file is read: enough of its header to know it again.

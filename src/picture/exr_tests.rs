@@ -2,6 +2,11 @@
 
 use std::io::Cursor;
 
+use exr::meta::{
+    BlockDescription,
+    attribute::{ChannelDescription, SampleType},
+    header::Header,
+};
 use half::f16;
 use openexr::{Blocks, Compression, Encoding, Layers, LineOrder, SmallVec, Vec2};
 use proptest::prelude::*;
@@ -122,6 +127,32 @@ fn a_claim_of_a_billion_rows_is_refused_at_once() {
         assert!(error.contains(';'), "{error}");
         assert!(started.elapsed().as_secs() < 5, "{error}");
     }
+}
+
+/// `exr` refuses most false sizes itself, so the check is tested on headers of its own.
+#[test]
+fn claims_are_held_against_the_length_of_the_file() {
+    let header = |side: usize, channels: usize, compression| {
+        let channels = (0..channels)
+            .map(|c| ChannelDescription::named(c.to_string().as_str(), SampleType::F32))
+            .collect();
+        Header::new("part".into(), (side, side), channels).with_encoding(
+            compression,
+            BlockDescription::ScanLines,
+            LineOrder::Increasing,
+        )
+    };
+    let zip = |side, channels| header(side, channels, Compression::ZIP16);
+    let fault = |header: &Header, length| check_claims(header, length).unwrap_err();
+    // 16384² floats are 2³⁰ bytes, and deflate shrinks no further than 2¹¹-fold.
+    assert_eq!(check_claims(&zip(1 << 14, 1), 1 << 19), Ok(()));
+    assert!(fault(&zip(1 << 14, 1), (1 << 19) - 1).contains("has only 524287 bytes"));
+    assert_eq!(check_claims(&header(1 << 14, 1, Compression::DWAB(None)), 1 << 14), Ok(()));
+    // 100 lines of one chunk each need 1600 bytes for their tables alone.
+    assert_eq!(check_claims(&header(100, 1, Compression::ZIP1), 1600), Ok(()));
+    assert!(fault(&header(100, 1, Compression::ZIP1), 1599).contains("damaged"));
+    assert!(fault(&zip((1 << 14) + 1, 1), u64::MAX).contains("pixels"));
+    assert!(fault(&zip(1 << 14, 17), u64::MAX).contains("bytes of samples"));
 }
 
 #[test]

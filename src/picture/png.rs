@@ -1,6 +1,10 @@
 //! PNG files: 8-bit previews written through a tone mapping, any PNG read back to linear light.
 
-use std::{fs::File, io, io::BufReader, path::Path};
+use std::{
+    fs::File,
+    io::{BufReader, Write},
+    path::Path,
+};
 
 use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader};
 
@@ -39,13 +43,12 @@ pub fn write_png_rgb8(path: &Path, width: usize, height: usize, codes: &[u8]) ->
         let path = path.display();
         return Err(Error::Failed(format!("{path}: {bytes} bytes do not make {width}×{height} RGB pixels")));
     };
-    write_atomically(path, |file| {
-        let encoder = image::codecs::png::PngEncoder::new(file);
-        encoder.write_image(codes, w, h, ExtendedColorType::Rgb8).map_err(|error| match error {
-            image::ImageError::IoError(cause) => cause,
-            other => io::Error::other(other),
-        })
-    })
+    // Encoded in memory first: the encoder hides the kind of a disk error, and so what to advise.
+    let mut encoded = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut encoded)
+        .write_image(codes, w, h, ExtendedColorType::Rgb8)
+        .map_err(|cause| Error::Failed(format!("{}: cannot be encoded as PNG: {cause}", path.display())))?;
+    write_atomically(path, |file| file.write_all(&encoded))
 }
 
 /// Reads a PNG of any depth as `R G B` or `Y`, and `A` where it has one.
