@@ -9,6 +9,6 @@ struct Volume {
     int4 bricks;         // bricks per axis; w: log2 of the cells per brick edge
     uint row;            // elements per row of the padded buffer
     uint slice;          // elements per slice
-    float value_scale;   // stored value -> window value: v = raw * value_scale + value_offset
-    float value_offset;
+    float value_scale;   // stored value -> window value: v = (raw - value_zero) * value_scale,
+    float value_zero;    // exactly 0 at the window's low end
 };

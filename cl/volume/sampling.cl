@@ -38,7 +38,7 @@ inline float sample_raw(__constant struct Volume *volume, __global const VOXEL *
 
 // Window value in [0, 1] before clamping.
 inline float window_value(__constant struct Volume *volume, float raw) {
-    return raw * volume->value_scale + volume->value_offset;
+    return (raw - volume->value_zero) * volume->value_scale;
 }
 
 // Gradient of the stored value per local unit: central differences of one voxel on the trilinear field.

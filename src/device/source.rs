@@ -24,6 +24,7 @@ const FILES: &[(&str, &str)] = embed![
     "types/film.cl",
     "types/frame.cl",
     "types/light.cl",
+    "types/method.cl",
     "types/volume.cl",
     "volume/bricks.cl",
     "volume/cell.cl",

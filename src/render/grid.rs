@@ -28,10 +28,10 @@ device_struct! {
         pub row: u32,
         /// Elements per slice of the padded buffer.
         pub slice: u32,
-        /// Stored value to window value: factor.
+        /// Window value per stored value.
         pub value_scale: f32,
-        /// Stored value to window value: offset.
-        pub value_offset: f32,
+        /// The stored value whose window value is 0.
+        pub value_zero: f32,
     }
 }
 
@@ -172,15 +172,14 @@ impl<'a> Grid<'a> {
         let [nx, ny, _] = self.padded();
         let [x, y, z] = self.volume.dims.map(|n| n as i32);
         let [bx, by, bz] = bricks.counts.map(|n| n as i32);
-        let scale = 1.0 / (self.window.one - self.window.zero);
         DeviceVolume {
             scale: float4(1.0 / self.frame.spacing, 0.0),
             dims: [x, y, z, 0],
             bricks: [bx, by, bz, bricks.shift as i32],
             row: nx as u32,
             slice: (nx * ny) as u32,
-            value_scale: scale as f32,
-            value_offset: (-self.window.zero * scale) as f32,
+            value_scale: (1.0 / (self.window.one - self.window.zero)) as f32,
+            value_zero: self.window.zero as f32,
         }
     }
 

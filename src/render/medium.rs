@@ -57,15 +57,32 @@ impl MediumTable {
         self.max_between(0.0, 1.0)
     }
 
-    /// The largest extinction over window values between `a` and `b`, partly covered entries included.
+    /// A bound of the extinction over window values between `a` and `b`; exact up to the device's rounding.
+    ///
+    /// The table is piecewise linear, so the maximum lies at the ends or at an entry between them. The device
+    /// interpolates in float32, so an interval is widened by a thousandth of an entry; a single value is not: a
+    /// field that is constant over a cell is interpolated without rounding.
     pub fn max_between(&self, a: f64, b: f64) -> f64 {
         let last = (self.size - 1) as f64;
-        // One part in 10^6 of an entry outward: the device rounds to float32.
-        let low = ((a.min(b).clamp(0.0, 1.0) * last - 1e-3).floor().max(0.0)) as usize;
-        let high = ((a.max(b).clamp(0.0, 1.0) * last + 1e-3).ceil().min(last)) as usize;
-        let level = (high - low + 1).ilog2() as usize;
-        let row = &self.maxima[level];
-        row[low].max(row[high + 1 - (1 << level)])
+        let margin = if a == b { 0.0 } else { 1e-3 };
+        let low = (a.min(b) * last - margin).clamp(0.0, last);
+        let high = (a.max(b) * last + margin).clamp(0.0, last);
+        let ends = self.sigma_at(low).max(self.sigma_at(high));
+        let (first, end) = (low.ceil() as usize, high.floor() as usize + 1);
+        if first >= end {
+            return ends;
+        }
+        let row = &self.maxima[(end - first).ilog2() as usize];
+        let width = 1 << (end - first).ilog2();
+        ends.max(row[first]).max(row[end - width])
+    }
+
+    /// The largest extinction over all rows at a position in entries, in 0..=size - 1.
+    fn sigma_at(&self, position: f64) -> f64 {
+        let columns = &self.maxima[0];
+        let index = (position as usize).min(self.size - 2);
+        let fraction = position - index as f64;
+        columns[index] * (1.0 - fraction) + columns[index + 1] * fraction
     }
 
     /// Per brick, 1 where the extinction can be above zero.
