@@ -2,7 +2,7 @@
 //!
 //! A [`Volume`] is a grid of scalar voxels, x fastest, in the type of its file. Voxel `(i, j, k)` is
 //! centred at `((i + ½)·hx, (j + ½)·hy, (k + ½)·hz)` with spacing `h`, so the box is `[0, n·h]`.
-//! [`read`] fills one from NRRD, NIfTI-1, MetaImage or headerless raw files; [`field::sample`] from a formula.
+//! [`read()`] fills one from NRRD, NIfTI-1, MetaImage or headerless raw files; [`field::sample`] from a formula.
 
 mod error;
 pub mod field;

@@ -183,7 +183,7 @@ fn orientation(header: &NiftiHeader) -> Vec<String> {
     let by_sform = header.sform_code > 0 && !diagonal;
     let by_qform = header.sform_code <= 0 && header.qform_code > 0 && (!unrotated || header.pixdim[0] < 0.0);
     if by_sform || by_qform {
-        return vec!["the orientation in the header is not the axes': only the spacing is used".into()];
+        return vec!["the header turns or mirrors the axes: only the spacing is used".into()];
     }
     Vec::new()
 }

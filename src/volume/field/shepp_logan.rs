@@ -21,7 +21,7 @@ pub enum Rotation {
 /// Its own coordinates are `q = 2p − 1 ∈ [−1, 1]³`. It is piecewise constant, so its gradient is 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SheppLogan {
-    ellipsoids: [Ellipsoid; 10],
+    ellipsoids: Box<[Ellipsoid]>,
 }
 
 /// Density, semi-axes, centre, and the Euler angles φ and ψ in degrees; θ is 0 throughout.
@@ -72,7 +72,7 @@ impl Ellipsoid {
 impl SheppLogan {
     /// The phantom in one of the two conventions.
     pub fn new(rotation: Rotation) -> Self {
-        Self { ellipsoids: TABLE.map(|row| Ellipsoid::new(row, rotation)) }
+        Self { ellipsoids: TABLE.into_iter().map(|row| Ellipsoid::new(row, rotation)).collect() }
     }
 }
 
