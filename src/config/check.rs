@@ -84,7 +84,8 @@ impl<'s> Checker<'s> {
         let (spot, key_spot) = (node.spot(), node.key_spot());
         let NodeValue::Table(table) = &mut node.value else { return None };
         let Some(found) = table.get(tag) else {
-            let default = options.iter().position(|o| property(o).is_some_and(|p| p.get("default").is_some()));
+            let default =
+                options.iter().position(|o| property(o).is_some_and(|p| p.get("default").is_some()));
             match default {
                 Some(index) => {
                     let value = NodeValue::Text(names[index].to_owned());
@@ -109,13 +110,7 @@ impl<'s> Checker<'s> {
         index
     }
 
-    fn table(
-        &mut self,
-        node: &mut Node,
-        rules: &'s Map<String, Value>,
-        path: &str,
-        siblings: &'s [Value],
-    ) {
+    fn table(&mut self, node: &mut Node, rules: &'s Map<String, Value>, path: &str, siblings: &'s [Value]) {
         let empty = Map::new();
         let properties = rules.get("properties").and_then(Value::as_object);
         let spot = node.spot();
@@ -227,12 +222,15 @@ fn unknown_key(
     let owners = owners(key, siblings);
     let list = properties.keys().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
     if let (Some((tag, words)), Some(own)) = (owners, own_word(properties)) {
-        return Problem::new(format!("`{}` does not go with {tag} = \"{own}\"", join(path, &name)), child.key_spot())
-            .label(format!("only with {tag} = {}", words::one_of(&words)))
-            .note(format!("keys here: {list}"));
+        return Problem::new(
+            format!("`{}` does not go with {tag} = \"{own}\"", join(path, &name)),
+            child.key_spot(),
+        )
+        .label(format!("only with {tag} = {}", words::one_of(&words)))
+        .note(format!("keys here: {list}"));
     }
-    let problem =
-        Problem::new(format!("unknown key `{name}`{}", in_table(path)), child.key_spot()).note(format!("keys here: {list}"));
+    let problem = Problem::new(format!("unknown key `{name}`{}", in_table(path)), child.key_spot())
+        .note(format!("keys here: {list}"));
     match words::nearest(key, properties.keys().map(String::as_str)) {
         Some(meant) => problem.label(format!("did you mean `{meant}`?")),
         None => problem.label("no such key"),

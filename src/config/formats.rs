@@ -17,10 +17,9 @@ pub(super) fn by_name(name: &str) -> Option<Format> {
             description: "a colour like \"#ff8000\"",
             check: |text| parse_colour(text).map(drop),
         }),
-        "time-limit" => Some(Format {
-            description: "a time like \"30s\"",
-            check: |text| parse_duration(text).map(drop),
-        }),
+        "time-limit" => {
+            Some(Format { description: "a time like \"30s\"", check: |text| parse_duration(text).map(drop) })
+        }
         "percentage" => Some(Format {
             description: "a percentage like \"1%\"",
             check: |text| parse_percentage(text).map(drop),
@@ -113,8 +112,20 @@ mod tests {
         assert_eq!(parse_duration("30s"), Ok(Duration::from_secs(30)));
         assert_eq!(parse_duration("2m"), Ok(Duration::from_secs(120)));
         assert_eq!(parse_duration("1.5h"), Ok(Duration::from_secs(5400)));
-        for wrong in ["", "30", "s", "-1s", "1e3s", "0s", "0.0ms", "1 s", "nans", "1..2s", "1d", "9999999999999999999999h"]
-        {
+        for wrong in [
+            "",
+            "30",
+            "s",
+            "-1s",
+            "1e3s",
+            "0s",
+            "0.0ms",
+            "1 s",
+            "nans",
+            "1..2s",
+            "1d",
+            "9999999999999999999999h",
+        ] {
             assert!(parse_duration(wrong).is_err(), "{wrong}");
         }
     }

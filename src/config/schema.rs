@@ -117,7 +117,8 @@ mod tests {
                 Value::Object(map) => {
                     if let Some(Value::Object(properties)) = map.get("properties") {
                         for (name, property) in properties {
-                            let described = ["description", "const", "$ref"].iter().any(|k| property.get(k).is_some());
+                            let described =
+                                ["description", "const", "$ref"].iter().any(|k| property.get(k).is_some());
                             assert!(described, "{path}/{name} has no description");
                         }
                     }

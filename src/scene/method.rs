@@ -107,7 +107,13 @@ fn cell(cx: &mut Context<'_>) -> Quadrature {
 }
 
 /// Data units written where 0..1 is meant are the commonest mistake with windows: say so.
-pub(super) fn normalized_value(value: f64, domain: Domain, path: &str, domain_path: &str, cx: &mut Context<'_>) {
+pub(super) fn normalized_value(
+    value: f64,
+    domain: Domain,
+    path: &str,
+    domain_path: &str,
+    cx: &mut Context<'_>,
+) {
     if domain == Domain::Normalized && !(0.0..=1.0).contains(&value) {
         let help = format!("for values in data units, set `{domain_path}` to \"data\"");
         cx.wrong_with_help(

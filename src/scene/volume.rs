@@ -201,7 +201,9 @@ fn field_kind(config: &FieldConfig, cx: &mut Context<'_>) -> FieldKind {
 fn ends(window: WindowConfig, cx: &mut Context<'_>) -> (f64, f64) {
     let (lo, hi, key) = match window {
         WindowConfig::Ends { lo, hi } => (lo, hi, "volume.window.hi"),
-        WindowConfig::Level { centre, width } => (centre - width / 2.0, centre + width / 2.0, "volume.window.width"),
+        WindowConfig::Level { centre, width } => {
+            (centre - width / 2.0, centre + width / 2.0, "volume.window.width")
+        }
     };
     if hi <= lo {
         let what = if key.ends_with("hi") { "`hi` must be more than `lo`" } else { "the window is empty" };

@@ -15,9 +15,7 @@ impl TransferFunction1d {
     /// The table of a scene's transfer function for a window `(lo, hi)` in data units, hi > lo.
     pub fn from_settings(settings: &Transfer1d, window: (f64, f64)) -> Self {
         match settings.domain {
-            Domain::Normalized => {
-                Self::from_points(&settings.points, settings.colormap, settings.resolution)
-            }
+            Domain::Normalized => Self::from_points(&settings.points, settings.colormap, settings.resolution),
             Domain::Data => {
                 let points: Vec<_> = settings.points.iter().map(|point| windowed(point, window)).collect();
                 Self::from_points(&points, settings.colormap, settings.resolution)

@@ -38,10 +38,12 @@ pub(super) fn read(path: &Path) -> Result<TransferFunction2d> {
 type Rows = (usize, usize, Vec<[f64; 4]>);
 
 fn read_png(path: &Path) -> Result<Rows> {
-    let reader = || ImageReader::open(path).map(|mut reader| {
-        reader.set_format(ImageFormat::Png);
-        reader
-    });
+    let reader = || {
+        ImageReader::open(path).map(|mut reader| {
+            reader.set_format(ImageFormat::Png);
+            reader
+        })
+    };
     let opened = reader().map_err(|error| fail(path, &error.to_string()))?;
     let (width, height) = opened.into_dimensions().map_err(|error| fail(path, &error.to_string()))?;
     check_size(path, width as usize, height as usize)?;
@@ -111,14 +113,19 @@ mod tests {
     fn exr_is_linear_and_checked() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("t.exr");
-        exr::write_rgba_file(&path, 3, 2, |x, y| (0.25_f32, x as f32 / 2.0, 0.0_f32, y as f32)).expect("written");
+        exr::write_rgba_file(&path, 3, 2, |x, y| (0.25_f32, x as f32 / 2.0, 0.0_f32, y as f32))
+            .expect("written");
         let table = read(&path).expect("read");
         assert_eq!((table.width, table.height), (3, 2));
         assert_eq!(table.rgba[0], [0.25, 0.0, 0.0, 1.0]);
         assert_eq!(table.rgba[5], [0.25, 1.0, 0.0, 0.0]);
-        exr::write_rgba_file(&path, 3, 2, |x, y| (0.5_f32, 0.0_f32, 0.0_f32, (x + y) as f32)).expect("written");
+        exr::write_rgba_file(&path, 3, 2, |x, y| (0.5_f32, 0.0_f32, 0.0_f32, (x + y) as f32))
+            .expect("written");
         let error = read(&path).expect_err("opacity 2").to_string();
-        assert!(error.ends_with("pixel (2, 0) from the top left is (0.5, 0, 0, 2), but all must be in 0..1"), "{error}");
+        assert!(
+            error.ends_with("pixel (2, 0) from the top left is (0.5, 0, 0, 2), but all must be in 0..1"),
+            "{error}"
+        );
     }
 
     #[test]

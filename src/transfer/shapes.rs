@@ -121,7 +121,12 @@ mod tests {
 
     #[test]
     fn empty_entries_take_the_colour_of_the_nearest_shape() {
-        let far = Shape { centre: [0.0, 0.0], size: [0.1, 0.1], color: [0.0, 1.0, 0.0], ..shape(Outline::Ellipse, 0.0) };
+        let far = Shape {
+            centre: [0.0, 0.0],
+            size: [0.1, 0.1],
+            color: [0.0, 1.0, 0.0],
+            ..shape(Outline::Ellipse, 0.0)
+        };
         let near = shape(Outline::Ellipse, 0.0);
         for order in [[far, near], [near, far]] {
             assert_eq!(entry(&order, [0.5, 0.8]), [1.0, 0.0, 0.0, 0.0]);
