@@ -191,7 +191,8 @@ INLINE void gather_gauss(struct Gathered *g, Medium first, Medium second, float 
     if (sigma == 0.0f) {
         return;
     }
-    float between = transmittance_of((GAUSS_1 - GAUSS_0) * length * sigma);
+    // Not below 1e-6, where it decides nothing but whether 0 / 0 can happen.
+    float between = max(transmittance_of((GAUSS_1 - GAUSS_0) * length * sigma), 1e-6f);
     Medium seen = first + between * second;
     seen.xyz *= sigma / seen.w;
     seen.w = sigma;
