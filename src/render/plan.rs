@@ -62,7 +62,6 @@ impl<'a> Plan<'a> {
         let mut frame = DeviceFrame {
             seed_low: scene.seed as u32,
             seed_high: (scene.seed >> 32) as u32,
-            length_unit: local.unit as f32,
             table_rows: 1,
             ..DeviceFrame::zeroed()
         };
