@@ -77,10 +77,10 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     announced_memory(&scene).check(info)?;
     let volume = load_volume(&scene.volume)?;
     let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
+    let interrupt = watch_interrupt()?;
     if !arguments.quiet {
         plan.notes.iter().for_each(|note| say(&format!("note: {note}")));
     }
-    let interrupt = watch_interrupt()?;
     let mut session = Session::new(Device::open(info)?, &plan)?;
     let stop = stop_rules(arguments, &scene);
     let mut watcher = Watcher {
