@@ -119,7 +119,7 @@ fn selector(arguments: &RenderArgs) -> Option<String> {
 
 fn stop_rules(arguments: &RenderArgs, scene: &Scene) -> Stop {
     if arguments.samples.is_none() && arguments.time.is_none() && arguments.error.is_none() {
-        return scene.stop.clone();
+        return scene.stop;
     }
     Stop { samples: arguments.samples, time: arguments.time, error: arguments.error }
 }
