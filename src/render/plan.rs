@@ -152,7 +152,7 @@ fn resolve_window(scene: &Scene, volume: &Volume, notes: &mut Vec<String>) -> Re
             }
         },
     };
-    notes.push(format!("window {} to {} (default)", window.0, window.1));
+    notes.push(format!("window {} to {} (default)", window.0 as f32, window.1 as f32));
     Ok(window)
 }
 
