@@ -16,6 +16,7 @@ mod output;
 mod plan;
 mod progressive;
 mod session;
+pub mod variants;
 
 pub use camera::DeviceCamera;
 pub use load::load_volume;
