@@ -107,28 +107,53 @@ fn damage_the_cache(folder: &Path) {
         assert_eq!(answer(&device), (42, false), "rebuilt");
         assert_eq!(answer(&device), (42, true), "and stored again");
     }
-    // Whole by its checksum, but no program of this driver.
-    let nonsense = [0x5a_u8; 100];
-    let sum = <sha2::Sha256 as sha2::Digest>::digest(nonsense);
-    std::fs::write(&entry, [sum.as_slice(), &nonsense].concat()).unwrap();
-    assert_eq!(answer(&device), (42, false));
     std::fs::remove_file(&entry).unwrap();
     std::fs::create_dir(&entry).unwrap();
     assert_eq!(answer(&device), (42, false), "a folder in the place of an entry");
 }
 
-#[test]
-fn a_damaged_cache_is_rebuilt() {
-    const MARK: &str = "SVETLO_TEST_DAMAGES_CACHE";
+/// As [`damage_the_cache`], with an entry that is whole by its checksum but no program of this driver.
+fn replace_a_program_by_nonsense(folder: &Path) {
+    let device = common::device();
+    assert_eq!(answer(&device), (42, false));
+    let entry = std::fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
+    let nonsense = [0x5a_u8; 100];
+    let sum = <sha2::Sha256 as sha2::Digest>::digest(nonsense);
+    std::fs::write(&entry, [sum.as_slice(), &nonsense].concat()).unwrap();
+    assert_eq!(answer(&device), (42, false));
+}
+
+/// Runs a test of this file in a process of its own with an empty cache folder; `work` is what it does there.
+fn with_own_cache(test: &str, work: fn(&Path)) -> Option<bool> {
+    const MARK: &str = "SVETLO_TEST_OWN_CACHE";
     if std::env::var_os(MARK).is_some() {
-        return damage_the_cache(Path::new(&std::env::var("SVETLO_CACHE_DIR").unwrap()));
+        work(Path::new(&std::env::var("SVETLO_CACHE_DIR").unwrap()));
+        return None;
     }
     let folder = tempfile::tempdir().unwrap();
-    let status = std::process::Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "a_damaged_cache_is_rebuilt", "--nocapture"])
-        .env(MARK, "1")
-        .env("SVETLO_CACHE_DIR", folder.path())
-        .status()
-        .unwrap();
-    assert!(status.success());
+    let mut child = std::process::Command::new(std::env::current_exe().unwrap());
+    child.args(["--exact", test, "--nocapture"]).env(MARK, "1").env("SVETLO_CACHE_DIR", folder.path());
+    Some(child.status().unwrap().success())
+}
+
+#[test]
+fn a_damaged_cache_is_rebuilt() {
+    let passed = with_own_cache("a_damaged_cache_is_rebuilt", damage_the_cache);
+    assert_ne!(passed, Some(false));
+}
+
+/// Drivers that end the process when they are given a binary that is not theirs: platform name, and why.
+const CANNOT_REFUSE_BINARIES: [(&str, &str); 1] =
+    [("rusticl", "Mesa 22.3 asserts the binary's version inside clCreateProgramWithBinary")];
+
+#[test]
+fn a_binary_that_the_driver_does_not_know_is_rebuilt() {
+    let Some(passed) =
+        with_own_cache("a_binary_that_the_driver_does_not_know_is_rebuilt", replace_a_program_by_nonsense)
+    else {
+        return;
+    };
+    let platform = common::device().info().platform.clone();
+    let excused = CANNOT_REFUSE_BINARIES.iter().find(|(name, _)| *name == platform);
+    assert_eq!(passed, excused.is_none(), "{platform}: {excused:?}");
 }

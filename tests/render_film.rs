@@ -13,22 +13,24 @@ use svetlo::reference::film::mean_and_variance;
 use svetlo::reference::quadrature::gauss_legendre;
 use svetlo::volume::field::{Cloud, sample};
 
-/// Adds samples to one pixel with the kernels' own function; a work-item per pixel and `repeats` rounds of all.
-fn accumulate(samples: &[[f32; 4]], depths: &[f32], repeats: u32) -> FilmPixel {
+/// Adds samples to one pixel with the kernels' own function, all of them once a launch. (A launch has fewer loop
+/// iterations than llvmpipe's 65535.)
+fn accumulate(samples: &[[f32; 4]], depths: &[f32], launches: u32) -> FilmPixel {
     let device = device();
     let kernel = "__kernel void probe(__global const float4 *samples, __global const float *depths,\n\
-         __global struct FilmPixel *film, uint count, uint repeats) {\n\
+         __global struct FilmPixel *film, uint count) {\n\
          if (get_global_id(0) != 0) return;\nstruct FilmPixel pixel = film[0];\n\
-         for (uint r = 0; r < repeats; ++r) {\n\
-         for (uint i = 0; i < count; ++i) film_add(&pixel, samples[i], depths[i], 3u);\n}\nfilm[0] = pixel;\n}\n";
+         for (uint i = 0; i < count; ++i) film_add(&pixel, samples[i], depths[i], 3u);\nfilm[0] = pixel;\n}\n";
     let program = Program::build_probe(&device, &ProgramSpec::new("film/accumulate.cl"), kernel).unwrap();
+    let mut kernel = program.kernel(&device, "probe").unwrap();
     let samples_buffer = Buffer::from_slice(&device, samples).unwrap();
     let depths_buffer = Buffer::from_slice(&device, depths).unwrap();
     let film = Buffer::from_slice(&device, &[FilmPixel::zeroed()]).unwrap();
     let count = samples.len() as u32;
-    let arguments =
-        [(&samples_buffer).into(), (&depths_buffer).into(), (&film).into(), count.into(), repeats.into()];
-    program.kernel(&device, "probe").unwrap().run(&device, &arguments, 1).unwrap();
+    for _ in 0..launches {
+        let arguments = [(&samples_buffer).into(), (&depths_buffer).into(), (&film).into(), count.into()];
+        kernel.run(&device, &arguments, 1).unwrap();
+    }
     film.read(&device).unwrap()[0]
 }
 
@@ -66,8 +68,8 @@ fn mean_and_variance_are_those_of_the_samples() {
 
 #[test]
 fn two_million_equal_samples_neither_stall_nor_spread() {
-    let samples = vec![[0.1_f32, 1e-4, 123.456, 1.0]; 1 << 11];
-    let pixel = accumulate(&samples, &vec![2.5; 1 << 11], 1 << 10);
+    let samples = vec![[0.1_f32, 1e-4, 123.456, 1.0]; 1 << 15];
+    let pixel = accumulate(&samples, &vec![2.5; 1 << 15], 1 << 6);
     assert_eq!((pixel.count, pixel.hits), (1 << 21, 1 << 21));
     for (channel, value) in samples[0].into_iter().enumerate() {
         assert_eq!(pixel.mean()[channel], f64::from(value), "channel {channel}");
@@ -78,8 +80,8 @@ fn two_million_equal_samples_neither_stall_nor_spread() {
 
 #[test]
 fn two_values_in_turn_keep_their_mean_and_variance() {
-    let samples: Vec<[f32; 4]> = (0..1 << 11).map(|i| [if i % 2 == 0 { 0.1 } else { 0.3 }; 4]).collect();
-    let pixel = accumulate(&samples, &vec![-1.0; 1 << 11], 1 << 10);
+    let samples: Vec<[f32; 4]> = (0..1 << 15).map(|i| [if i % 2 == 0 { 0.1 } else { 0.3 }; 4]).collect();
+    let pixel = accumulate(&samples, &vec![-1.0; 1 << 15], 1 << 6);
     let values: Vec<f64> = samples.iter().map(|s| f64::from(s[0])).collect();
     let count = f64::from(1 << 21);
     let (mean, variance) = mean_and_variance(&values);
@@ -101,6 +103,19 @@ fn samples_that_are_not_finite_are_counted_and_left_out() {
     let pixel = accumulate(&samples, &depths, 1);
     assert_eq!((pixel.count, pixel.rejected, pixel.hits), (6, 4, 6));
     assert_eq!((pixel.mean(), pixel.variance()), ([0.5; 4], Some([0.0; 4])));
+}
+
+#[test]
+fn nan_is_the_low_end_of_a_window_that_the_file_turns_around() {
+    // A negative slope in the file makes the stored value of the window's low end the larger one.
+    let text = "[image]\nwidth = 1\nheight = 1\nfilter = \"point\"\n[camera]\nposition = [4, 4, 20]\ntarget = [4, 4, 0]\n\
+         [volume]\nwindow = { lo = 0, hi = 1 }\n[medium]\nsigma_max = 0.1\n\
+         [method]\nkind = \"emission-absorption\"\n";
+    for (voxel, opacity) in [(f64::NAN, 0.0), (f64::INFINITY, 0.0), (f64::NEG_INFINITY, -f64::exp_m1(-0.8))] {
+        let mut volume = volume_f32([8; 3], vec![voxel; 512]);
+        volume.slope = -1.0;
+        close(&format!("{voxel}"), Case::new(text, volume).film()[0].mean()[3], opacity, 16.0 * EPS);
+    }
 }
 
 const METHODS: [&str; 3] = [

@@ -107,6 +107,15 @@ fn values_beyond_the_window_are_clipped() {
 }
 
 #[test]
+fn the_maximum_is_that_of_the_data_whatever_the_slope_of_the_file() {
+    let dims = [4, 5, 6];
+    for (name, mut volume) in volumes(dims, 9) {
+        (volume.slope, volume.intercept) = (-0.5, 20.0);
+        check(&Case::new(&text(dims, [1.0, 0.2, 0.3], ""), volume), name);
+    }
+}
+
+#[test]
 fn a_colour_map_colours_the_maximum() {
     let dims = [4, 5, 6];
     let [.., (_, volume)] = volumes(dims, 9);
