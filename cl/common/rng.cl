@@ -1,10 +1,11 @@
 // Counter-based random numbers: Philox4x32-10 (Salmon et al. 2011). Stateless, so the same scene and seed give
 // the same bits whatever the launch sizes.
+#include "common/inline.cl"
 
 // Purposes keep streams apart that share a pixel and a sample.
 #define RNG_STEP_PHASE 1u
 
-inline uint4 philox4x32(uint4 counter, uint2 key) {
+INLINE uint4 philox4x32(uint4 counter, uint2 key) {
     for (int round = 0; round < 10; ++round) {
         uint high_0 = mul_hi(0xD2511F53u, counter.x);
         uint low_0 = 0xD2511F53u * counter.x;
@@ -17,15 +18,15 @@ inline uint4 philox4x32(uint4 counter, uint2 key) {
 }
 
 // 24 bits, in [0, 1).
-inline float uniform_float(uint bits) {
+INLINE float uniform_float(uint bits) {
     return (float)(bits >> 8) * 0x1p-24f;
 }
 
-inline float4 uniform_float4(uint4 bits) {
+INLINE float4 uniform_float4(uint4 bits) {
     return convert_float4(bits >> 8) * 0x1p-24f;
 }
 
 // Four uniform numbers for one pixel, sample and purpose.
-inline float4 random4(uint2 seed, uint pixel, uint sample, uint purpose) {
+INLINE float4 random4(uint2 seed, uint pixel, uint sample, uint purpose) {
     return uniform_float4(philox4x32((uint4)(pixel, sample, 0u, purpose), seed));
 }

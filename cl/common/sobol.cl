@@ -18,7 +18,7 @@ __constant uint SOBOL_DIRECTIONS[3][32] = {
      0x58800080u, 0xe54000c0u, 0x79e00020u, 0xb6d00050u, 0x800800f8u, 0xc00c0074u, 0x200200a2u, 0x50050093u},
 };
 
-inline uint reverse_bits(uint x) {
+INLINE uint reverse_bits(uint x) {
     x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
     x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
     x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
@@ -27,7 +27,7 @@ inline uint reverse_bits(uint x) {
 }
 
 // Laine-Karras permutation: each bit depends only on lower bits.
-inline uint laine_karras(uint x, uint seed) {
+INLINE uint laine_karras(uint x, uint seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
     x ^= x * 0xb82f1e52u;
@@ -36,11 +36,11 @@ inline uint laine_karras(uint x, uint seed) {
     return x;
 }
 
-inline uint nested_uniform_scramble(uint x, uint seed) {
+INLINE uint nested_uniform_scramble(uint x, uint seed) {
     return reverse_bits(laine_karras(reverse_bits(x), seed));
 }
 
-inline uint sobol(uint index, int dimension) {
+INLINE uint sobol(uint index, int dimension) {
     if (dimension == 0) {
         return reverse_bits(index);
     }
@@ -53,7 +53,7 @@ inline uint sobol(uint index, int dimension) {
 
 // The point of `sample` in the sequence of one pixel, dimensions `first` and `first` + 1, in [0, 1).
 // `keys`: four random words that belong to the pixel.
-inline float2 sobol_pair(uint sample, uint4 keys, int first) {
+INLINE float2 sobol_pair(uint sample, uint4 keys, int first) {
     uint index = nested_uniform_scramble(sample, keys.w);
     uint key = first == 0 ? keys.x : keys.y;
     uint a = nested_uniform_scramble(sobol(index, first), key);

@@ -6,7 +6,7 @@
 
 // `rgba`: radiance and opacity; `depth`: distance to the camera in local units, or negative for no hit;
 // `lookups`: cells fetched for this sample.
-inline void film_add(struct FilmPixel *pixel, float4 rgba, float depth, uint lookups) {
+INLINE void film_add(struct FilmPixel *pixel, float4 rgba, float depth, uint lookups) {
     pixel->lookups_low += lookups;
     pixel->lookups_high += pixel->lookups_low < lookups;
     bool finite = is_finite_bits(rgba.x) && is_finite_bits(rgba.y) && is_finite_bits(rgba.z) && is_finite_bits(rgba.w)

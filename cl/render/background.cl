@@ -1,10 +1,11 @@
 // What lies behind the volume: a constant, or a lat-long environment map
 // with direction = (sin(theta) cos(phi), cos(theta), sin(theta) sin(phi)), theta = pi v, phi = 2 pi u.
+#include "common/inline.cl"
 #include "types/frame.cl"
 
 #ifdef ENVIRONMENT
 // Bilinear between texel centres; u wraps around, v stops at the poles.
-inline float3 environment_radiance(__constant struct Frame *frame, __global const float4 *map, float3 direction) {
+INLINE float3 environment_radiance(__constant struct Frame *frame, __global const float4 *map, float3 direction) {
     float u = atan2(direction.z, direction.x) * (0.5f * M_1_PI_F) - frame->environment_turn;
     u -= floor(u);
     float v = acos(clamp(direction.y, -1.0f, 1.0f)) * M_1_PI_F;
@@ -25,7 +26,7 @@ inline float3 environment_radiance(__constant struct Frame *frame, __global cons
 }
 #endif
 
-inline float3 background_radiance(__constant struct Frame *frame, __global const float4 *map, float3 direction) {
+INLINE float3 background_radiance(__constant struct Frame *frame, __global const float4 *map, float3 direction) {
 #ifdef ENVIRONMENT
     return frame->background.xyz * environment_radiance(frame, map, direction);
 #else

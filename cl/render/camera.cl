@@ -10,7 +10,7 @@ struct Ray {
 };
 
 // Point of the unit disk, area-preserving (Shirley and Chiu 1997).
-inline float2 concentric_disk(float2 u) {
+INLINE float2 concentric_disk(float2 u) {
     float2 p = 2.0f * u - 1.0f;
     if (p.x == 0.0f && p.y == 0.0f) {
         return p;
@@ -22,7 +22,7 @@ inline float2 concentric_disk(float2 u) {
 }
 
 // `keys`: the pixel's random words (see sobol.cl).
-inline struct Ray camera_ray(__constant struct Camera *camera, uint pixel, uint sample, uint4 keys) {
+INLINE struct Ray camera_ray(__constant struct Camera *camera, uint pixel, uint sample, uint4 keys) {
     uint2 size = (uint2)(camera->width, camera->height);
 #ifdef FILTER_BOX
     float2 in_pixel = sobol_pair(sample, keys, 0);
@@ -40,7 +40,8 @@ inline struct Ray camera_ray(__constant struct Camera *camera, uint pixel, uint 
     point += lens * (1.0f - camera->depth * camera->inv_focus);
     direction -= lens * camera->inv_focus;
 #endif
-    float per_depth = length(direction);
+    // Not length(): compilers guard it against overflow that cannot happen here.
+    float per_depth = sqrt(dot(direction, direction));
     struct Ray ray;
     ray.origin = point;
     ray.direction = direction / per_depth;

@@ -5,7 +5,7 @@
 // function bends, the cell is cut and the function is averaged by its integral. STEP: the midpoint rule on a
 // lattice of fixed steps that starts where the ray enters the box; empty bricks skip lattice points, never move them.
 //
-// Inputs: voxels, bricks (1 where the medium may be non-zero), the transfer function's table; output: film.
+// Inputs: voxels, bricks (see BRICK_*), the transfer function's table; output: film.
 #include "film/accumulate.cl"
 #include "render/background.cl"
 #include "render/camera.cl"
@@ -13,6 +13,11 @@
 #include "types/method.cl"
 #include "volume/bricks.cl"
 #include "volume/transfer.cl"
+
+// What the table does over the values of a brick: a straight line, or anything; below: no extinction, and the
+// number is how many bricks the ray can stride over.
+#define BRICK_STRAIGHT 254
+#define BRICK_BENT 255
 
 // What a ray has gathered so far.
 struct Gathered {
@@ -25,7 +30,7 @@ struct Gathered {
     uint lookups;
 };
 
-inline float gathered_transmittance(const struct Gathered *g) {
+INLINE float gathered_transmittance(const struct Gathered *g) {
 #ifdef TRANSMITTANCE_ONLY
     return exp(-g->depth);
 #else
@@ -33,26 +38,29 @@ inline float gathered_transmittance(const struct Gathered *g) {
 #endif
 }
 
-// Adds a segment of optical depth `tau` whose source radiance is emission / extinction.
-inline void gather(struct Gathered *g, float tau, Medium medium) {
+// Adds a segment of this length; `mean`: what the table averages to over it.
+INLINE void gather(struct Gathered *g, float length, Medium mean) {
+    float tau = length * medium_sigma(mean);
 #ifdef TRANSMITTANCE_ONLY
     g->depth += tau;
 #else
-    if (tau > 0.0f) {
-#ifdef LINEAR_COMPOSITING
-        float opacity = fmin(tau, 1.0f); // Usher's Taylor form: too opaque, first order in the step
-#else
-        float opacity = one_minus_exp(tau);
-#endif
-        g->radiance += (g->transmittance * opacity / medium.w) * medium.xyz;
-        g->transmittance *= 1.0f - opacity;
+    if (tau == 0.0f) {
+        return;
     }
+#ifdef LINEAR_COMPOSITING
+    // Usher's Taylor form: too opaque, first order in the step.
+    float share = tau > 1.0f ? 1.0f / tau : 1.0f;
+#else
+    float share = mean_transmittance(tau);
+#endif
+    g->radiance += (g->transmittance * length * share) * mean.xyz;
+    g->transmittance *= 1.0f - tau * share;
 #endif
 }
 
-inline bool is_opaque(const struct Gathered *g, __constant struct EmissionAbsorption *method) {
+INLINE bool is_opaque(const struct Gathered *g, __constant struct EmissionAbsorption *method) {
 #ifdef TRANSMITTANCE_ONLY
-    return exp(-g->depth) < method->min_transmittance;
+    return g->depth > method->max_depth;
 #else
     return g->transmittance < method->min_transmittance;
 #endif
@@ -60,36 +68,110 @@ inline bool is_opaque(const struct Gathered *g, __constant struct EmissionAbsorp
 
 #ifdef STEP
 
-inline void march(struct Gathered *g, const struct GridRay *ray, float phase, __constant struct Frame *frame,
+// The lattice of a ray.
+struct Lattice {
+    float start;
+    float length;
+    float step;
+    float phase; // where in its step a sample sits, 0 to 1
+    int count;
+};
+
+// The last step is shorter.
+INLINE float lattice_width(struct Lattice lattice, int i) {
+    return min(lattice.step, lattice.length - (float)i * lattice.step);
+}
+
+INLINE float lattice_time(struct Lattice lattice, int i) {
+    return lattice.start + (float)i * lattice.step + lattice.phase * lattice_width(lattice, i);
+}
+
+#ifdef LANES
+
+// One lane of eight: samples are composited one by one, so the picture does not depend on how they are grouped.
+#define GATHER_LANE(k) \
+    if (value.k >= method->empty_value) { \
+        gather(g, width.k, table_row(table, index.k, fraction.k)); \
+        if (is_opaque(g, method)) { \
+            return true; \
+        } \
+    }
+
+// Gathers eight lattice points from `first` on (fewer at the end). Returns whether the ray is opaque.
+INLINE bool gather_points(struct Gathered *g, const struct GridRay *ray, struct Lattice lattice, int first, int end,
+    __constant struct Frame *frame, __constant struct Volume *volume, __constant struct EmissionAbsorption *method,
+    __global const VOXEL *voxels, __global const Medium *table) {
+    int8 i = min(first + (int8)(0, 1, 2, 3, 4, 5, 6, 7), lattice.count - 1);
+    float8 start = convert_float8(i) * lattice.step;
+    float8 width = min((float8)(lattice.step), lattice.length - start);
+    float8 t = lattice.start + start + lattice.phase * width;
+    float8 raw = sample_raw8(volume, voxels, ray->origin.x + t * ray->direction.x,
+        ray->origin.y + t * ray->direction.y, ray->origin.z + t * ray->direction.z);
+    float8 value = (raw - volume->value_zero) * volume->value_scale;
+    int valid = min(8, lattice.count - first);
+    g->lookups += (uint)valid;
+    if (!any(value >= method->empty_value)) {
+        return false;
+    }
+    width = select((float8)(0.0f), width, (int8)(0, 1, 2, 3, 4, 5, 6, 7) < valid);
+    float8 position = clamp(value, 0.0f, 1.0f) * (float)(frame->table_size - 1);
+    int8 index = min(convert_int8(position), (int)frame->table_size - 2);
+    float8 fraction = position - convert_float8(index);
+    GATHER_LANE(s0) GATHER_LANE(s1) GATHER_LANE(s2) GATHER_LANE(s3)
+    GATHER_LANE(s4) GATHER_LANE(s5) GATHER_LANE(s6) GATHER_LANE(s7)
+    return false;
+}
+#define POINTS_AT_LEAST 8
+
+#else
+
+// Gathers the lattice points from `first` up to `end`. Returns whether the ray is opaque.
+INLINE bool gather_points(struct Gathered *g, const struct GridRay *ray, struct Lattice lattice, int first, int end,
+    __constant struct Frame *frame, __constant struct Volume *volume, __constant struct EmissionAbsorption *method,
+    __global const VOXEL *voxels, __global const Medium *table) {
+    for (int i = first; i < end; ++i) {
+        float4 point = grid_point(ray, lattice_time(lattice, i));
+        g->lookups += MEDIUM_LOOKUPS;
+        gather(g, lattice_width(lattice, i), medium_at(frame, volume, voxels, table, point));
+        if (is_opaque(g, method)) {
+            return true;
+        }
+    }
+    return false;
+}
+#define POINTS_AT_LEAST 1
+
+#endif
+
+INLINE void march(struct Gathered *g, const struct GridRay *ray, float phase, __constant struct Frame *frame,
     __constant struct Volume *volume, __constant struct EmissionAbsorption *method, __global const VOXEL *voxels,
     __global const uchar *bricks, __global const Medium *table) {
-    float length = ray->t1 - ray->t0;
-    float step = method->step;
-    int3 direction = cursor_start(volume, ray).step;
-    int count = (int)ceil(length / step);
+    struct Lattice lattice;
+    lattice.start = ray->t0;
+    lattice.length = ray->t1 - ray->t0;
+    lattice.step = method->step;
+    lattice.phase = phase;
+    lattice.count = (int)ceil(lattice.length / method->step);
+    float inverse_step = 1.0f / method->step;
+    bricks += stride_table(volume, ray);
     int i = 0;
-    while (i < count) {
-        // The last step is shorter; its sample sits at the same fraction of it.
-        float width = fmin(step, length - (float)i * step);
-        int3 cell = convert_int3(grid_point(ray, ray->t0 + (float)i * step + phase * width));
-        float leave = (brick_exit(volume, ray, cell, direction) - ray->t0) / step - phase;
-        // Every lattice point before `end` - 1 lies in this brick; the margin covers rounding.
-        int end = (int)fmin(leave - 0.01f, (float)count);
-        if (!bricks[brick_index(volume, cell)]) {
-            i = max(end, i + 1);
+    while (i < lattice.count) {
+        int4 cell = convert_int4(grid_point(ray, lattice_time(lattice, i)));
+        uchar brick = bricks[brick_index(volume, cell)];
+        bool empty = brick < BRICK_STRAIGHT;
+        float leave = (brick_exit(volume, ray, cell, empty ? brick : 1) - ray->t0) * inverse_step - phase;
+        // Every lattice point before `end` lies in these bricks; the margin covers rounding.
+        int end = max((int)min(leave - 0.01f, (float)lattice.count), i + 1);
+        if (!empty) {
+            end = max(end, min(i + POINTS_AT_LEAST, lattice.count));
+            for (; i < end; i += POINTS_AT_LEAST > 1 ? POINTS_AT_LEAST : end - i) {
+                if (gather_points(g, ray, lattice, i, end, frame, volume, method, voxels, table)) {
+                    return;
+                }
+            }
             continue;
         }
-        end = min(max(end, i) + 1, count);
-        for (; i < end; ++i) {
-            width = fmin(step, length - (float)i * step);
-            float3 point = grid_point(ray, ray->t0 + (float)i * step + phase * width);
-            Medium medium = medium_at(frame, volume, voxels, table, point);
-            g->lookups += MEDIUM_LOOKUPS;
-            gather(g, medium_sigma(medium) * width, medium);
-            if (is_opaque(g, method)) {
-                return;
-            }
-        }
+        i = end;
     }
 }
 
@@ -100,27 +182,32 @@ inline void march(struct Gathered *g, const struct GridRay *ray, float phase, __
 #define GAUSS_1 0.78867513459481288225f
 
 // Adds a segment by the medium at its two Gauss points.
-inline void gather_gauss(struct Gathered *g, Medium first, Medium second, float length) {
-    float tau = 0.5f * length * (medium_sigma(first) + medium_sigma(second));
+INLINE void gather_gauss(struct Gathered *g, Medium first, Medium second, float length) {
 #ifdef TRANSMITTANCE_ONLY
-    gather(g, tau, 0.0f);
+    gather(g, length, 0.5f * (first + second));
 #else
-    // The second point is seen through what lies between the two.
-    gather(g, tau, first + exp(-(GAUSS_1 - GAUSS_0) * tau) * second);
+    // The second point is seen through what lies between the two: its colour weighs less, the optical depth is the sum.
+    float sigma = 0.5f * (first.w + second.w);
+    float between = transmittance_of((GAUSS_1 - GAUSS_0) * length * sigma);
+    Medium seen = first + between * second;
+    seen.xyz *= sigma / max(seen.w, FLT_MIN);
+    seen.w = sigma;
+    gather(g, length, seen);
 #endif
 }
 
 #ifdef TF_2D
 
 // Value and gradient magnitude have no closed form along the ray: two Gauss points per half cell.
-inline void gather_cell(struct Gathered *g, const struct CellCursor *cursor, const struct GridRay *ray, float exit,
-    __constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
-    __global const Medium *table) {
+INLINE void gather_cell(struct Gathered *g, const struct CellCursor *cursor, const struct GridRay *ray, float exit,
+    uchar brick, __constant struct Frame *frame, __constant struct Volume *volume,
+    __constant struct EmissionAbsorption *method, __global const VOXEL *voxels, __global const Medium *table,
+    struct TableIntegral integral) {
     float half_length = 0.5f * (exit - cursor->t);
     for (int part = 0; part < 2; ++part) {
         float start = cursor->t + (float)part * half_length;
-        float3 p = grid_point(ray, start + GAUSS_0 * half_length);
-        float3 q = grid_point(ray, start + GAUSS_1 * half_length);
+        float4 p = grid_point(ray, start + GAUSS_0 * half_length);
+        float4 q = grid_point(ray, start + GAUSS_1 * half_length);
         gather_gauss(g, medium_at(frame, volume, voxels, table, p), medium_at(frame, volume, voxels, table, q), half_length);
     }
     g->lookups += 4 * MEDIUM_LOOKUPS;
@@ -131,76 +218,77 @@ inline void gather_cell(struct Gathered *g, const struct CellCursor *cursor, con
 #define MAX_PARTS 16
 
 // Whether the table is one straight line over the window values between lo and hi.
-inline bool is_straight(__constant struct Frame *frame, __global const uint *kinks, float lo, float hi) {
+INLINE bool is_straight(__constant struct Frame *frame, __global const uint *kinks, float lo, float hi) {
     int i, j;
     table_position(lo, frame->table_size, &i);
     table_position(hi, frame->table_size, &j);
     return (kinks[i] == kinks[j] && lo >= 0.0f && hi <= 1.0f) || hi <= 0.0f || lo >= 1.0f;
 }
 
-inline void gather_cell(struct Gathered *g, const struct CellCursor *cursor, const struct GridRay *ray, float exit,
-    __constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
-    __global const Medium *table, struct TableIntegral integral) {
-    float length = exit - cursor->t;
-    struct Cubic p = cursor_cubic(cursor, ray, fetch_cell(volume, voxels, cursor->cell), cursor->t, exit);
-    g->lookups += 1;
-    p.a = window_value(volume, p.a);
-    p.b *= volume->value_scale;
-    p.c *= volume->value_scale;
-    p.d *= volume->value_scale;
-    float first = cubic_value(p, GAUSS_0);
-    float second = cubic_value(p, GAUSS_1);
-    float end = p.a + p.b + p.c + p.d;
-    float lo = fmin(fmin(p.a, end), fmin(first, second));
-    float hi = fmax(fmax(p.a, end), fmax(first, second));
-    if (is_straight(frame, integral.kinks, lo, hi)) {
-        gather_gauss(g, medium_of_value(frame, table, first), medium_of_value(frame, table, second), length);
-        return;
-    }
-    // Cut the cell so that the field departs from a straight line by less than half a table interval in each part
-    // and no part is optically thick.
+// A cell over whose values the table bends: cut so that the field departs from a straight line by less than half a
+// table interval in each part and no part is optically thick.
+inline void gather_bent_cell(struct Gathered *g, struct Cubic p, float lo, float hi, float length,
+    __constant struct Frame *frame, __global const Medium *table, struct TableIntegral integral) {
     float bend = (fabs(p.c) + 3.0f * fabs(p.d)) * (float)frame->table_size * 0.5f;
     float tau = medium_sigma(table_mean(frame, table, integral, lo, hi)) * length;
-    float wanted = fmax(sqrt(bend), 4.0f * tau);
-    int parts = (int)fmin(wanted, (float)(MAX_PARTS - 1)) + 1;
+    float wanted = max(sqrt(bend), 4.0f * tau);
+    int parts = (int)min(wanted, (float)(MAX_PARTS - 1)) + 1;
     float width = 1.0f / (float)parts;
     float from = p.a;
     for (int part = 1; part <= parts; ++part) {
         float to = cubic_value(p, (float)part * width);
         Medium mean = table_mean(frame, table, integral, from, to);
-        gather(g, medium_sigma(mean) * length * width, mean);
+        gather(g, length * width, mean);
         from = to;
     }
 }
 
+INLINE void gather_cell(struct Gathered *g, const struct CellCursor *cursor, const struct GridRay *ray, float exit,
+    uchar brick, __constant struct Frame *frame, __constant struct Volume *volume,
+    __constant struct EmissionAbsorption *method, __global const VOXEL *voxels, __global const Medium *table,
+    struct TableIntegral integral) {
+    float length = exit - cursor->t;
+    struct Corners corners = fetch_cell(volume, voxels, cursor->cell);
+    g->lookups += 1;
+    if (brick != BRICK_STRAIGHT && window_value(volume, corners_largest(corners)) < method->empty_value) {
+        return;
+    }
+    struct Cubic p = cursor_cubic(cursor, ray, corners, exit);
+    float first = window_value(volume, cubic_value(p, GAUSS_0));
+    float second = window_value(volume, cubic_value(p, GAUSS_1));
+    if (brick != BRICK_STRAIGHT) {
+        p.a = window_value(volume, p.a);
+        p.b *= volume->value_scale;
+        p.c *= volume->value_scale;
+        p.d *= volume->value_scale;
+        float end = p.a + p.b + p.c + p.d;
+        float lo = min(min(p.a, end), min(first, second));
+        float hi = max(max(p.a, end), max(first, second));
+        if (!is_straight(frame, integral.kinks, lo, hi)) {
+            gather_bent_cell(g, p, lo, hi, length, frame, table, integral);
+            return;
+        }
+    }
+    gather_gauss(g, medium_of_value(frame, table, first), medium_of_value(frame, table, second), length);
+}
+
 #endif
 
-inline void march(struct Gathered *g, const struct GridRay *ray, __constant struct Frame *frame,
+INLINE void march(struct Gathered *g, const struct GridRay *ray, __constant struct Frame *frame,
     __constant struct Volume *volume, __constant struct EmissionAbsorption *method, __global const VOXEL *voxels,
-    __global const uchar *bricks, __global const Medium *table
-#ifndef TF_2D
-    , struct TableIntegral integral
-#endif
-) {
+    __global const uchar *bricks, __global const Medium *table, struct TableIntegral integral) {
     struct CellCursor cursor = cursor_start(volume, ray);
-    int brick = -1;
+    bricks += stride_table(volume, ray);
     for (;;) {
-        int next_brick = brick_index(volume, cursor.cell);
-        if (next_brick != brick) {
-            brick = next_brick;
-            if (!bricks[brick]) {
-                if (!cursor_skip_brick(&cursor, volume, ray)) {
-                    return;
-                }
-                continue;
+        uchar brick = bricks[brick_index(volume, cursor.cell)];
+        if (brick < BRICK_STRAIGHT) {
+            if (!cursor_skip_bricks(&cursor, volume, ray, brick)) {
+                return;
             }
+            continue;
         }
         float exit = cursor_exit(&cursor, ray);
-#ifdef TF_2D
-        gather_cell(g, &cursor, ray, exit, frame, volume, voxels, table);
-#else
-        gather_cell(g, &cursor, ray, exit, frame, volume, voxels, table, integral);
-#endif
+        gather_cell(g, &cursor, ray, exit, brick, frame, volume, method, voxels, table, integral);
         if (exit >= ray->t1 || is_opaque(g, method)) {
             return;
         }
@@ -222,12 +310,10 @@ __kernel void render_emission_absorption(__constant struct Frame *frame, __const
     uint2 seed = (uint2)(frame->seed_low, frame->seed_high);
     uint4 keys = philox4x32((uint4)((uint)pixel, 0u, 0u, 0u), seed);
     struct FilmPixel accumulated = film[pixel];
-#ifndef TF_2D
     struct TableIntegral integral;
     integral.high = table_high;
     integral.low = table_low;
     integral.kinks = table_kinks;
-#endif
     for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
         struct Ray ray = camera_ray(camera, (uint)pixel, sample, keys);
         struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
@@ -247,8 +333,6 @@ __kernel void render_emission_absorption(__constant struct Frame *frame, __const
             float phase = 0.5f;
 #endif
             march(&g, &grid, phase, frame, volume, method, voxels, bricks, table);
-#elif defined(TF_2D)
-            march(&g, &grid, frame, volume, method, voxels, bricks, table);
 #else
             march(&g, &grid, frame, volume, method, voxels, bricks, table, integral);
 #endif

@@ -1,11 +1,12 @@
 // Which pixel a work-item renders.
+#include "common/inline.cl"
 #include "types/frame.cl"
 
 #define TILE_SHIFT 3 // tiles of 8 x 8 pixels: neighbours share bricks and cache lines
 
 // The pixel of a work-item, or -1 when it lies beyond the image or the launch.
 // Consecutive work-items fill one tile, tiles go left to right, then top to bottom.
-inline int frame_pixel(uint width, uint height, uint first_tile, uint tile_count) {
+INLINE int frame_pixel(uint width, uint height, uint first_tile, uint tile_count) {
     size_t item = get_global_id(0);
     size_t local_tile = item >> (2 * TILE_SHIFT);
     if (local_tile >= tile_count) {

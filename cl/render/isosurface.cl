@@ -15,7 +15,7 @@
 #define ROOT_STEPS 24
 
 // The root of g in [lo, hi], where g changes sign: Newton's method kept inside the bracket by bisection.
-inline float bracketed_root(struct Cubic g, float lo, float hi, bool positive_at_lo) {
+INLINE float bracketed_root(struct Cubic g, float lo, float hi, bool positive_at_lo) {
     float s = 0.5f * (lo + hi);
     for (int i = 0; i < ROOT_STEPS; ++i) {
         float value = cubic_value(g, s);
@@ -38,7 +38,7 @@ inline float bracketed_root(struct Cubic g, float lo, float hi, bool positive_at
 }
 
 // First s in [0, 1] where g changes sign, or -1. `*positive`: sign of g before; updated to the sign after.
-inline float first_crossing(struct Cubic g, bool *positive) {
+INLINE float first_crossing(struct Cubic g, bool *positive) {
     // Interior extrema, ascending; 1 where there is none.
     float e0 = 1.0f;
     float e1 = 1.0f;
@@ -49,8 +49,8 @@ inline float first_crossing(struct Cubic g, bool *positive) {
         float r1 = g.d != 0.0f ? q / (3.0f * g.d) : 1.0f;
         r0 = r0 > 0.0f && r0 < 1.0f ? r0 : 1.0f;
         r1 = r1 > 0.0f && r1 < 1.0f ? r1 : 1.0f;
-        e0 = fmin(r0, r1);
-        e1 = fmax(r0, r1);
+        e0 = min(r0, r1);
+        e1 = max(r0, r1);
     }
     float lo = 0.0f;
     bool sign = *positive;
@@ -72,67 +72,59 @@ inline float first_crossing(struct Cubic g, bool *positive) {
     return -1.0f;
 }
 
+// What is known of a brick: 0 when it contains the surface, else how many bricks the ray can stride over, with the
+// top bit set where they are inside (at or above the value). Free bricks that touch share a face of voxels, so they
+// are on the same side.
+#define BRICK_INSIDE 0x80
+
 // Distance along the ray to the first crossing, or -INFINITY.
-inline float find_surface(__constant struct Volume *volume, const struct GridRay *ray, __global const VOXEL *voxels,
-    __global const float2 *bricks, float iso, uint *lookups) {
+INLINE float find_surface(__constant struct Volume *volume, const struct GridRay *ray, __global const VOXEL *voxels,
+    __global const uchar *bricks, float iso, uint *lookups) {
     struct CellCursor cursor = cursor_start(volume, ray);
+    bricks += stride_table(volume, ray);
     bool known = false; // whether `positive` is the sign where the cursor stands
     bool positive = false;
     for (;;) {
-        float2 range = bricks[brick_index(volume, cursor.cell)];
-        bool skip = range.x >= iso || range.y < iso;
-        bool side = range.x >= iso;
+        uchar brick = bricks[brick_index(volume, cursor.cell)];
         struct Corners corners;
-        if (!skip) {
+        bool inside = brick & BRICK_INSIDE;
+        bool crossed = false; // whether the surface runs through the cell
+        if (brick == 0) {
             corners = fetch_cell(volume, voxels, cursor.cell);
             *lookups += 1;
-            float4 least = fmin(corners.low, corners.high);
-            float4 most = fmax(corners.low, corners.high);
-            side = fmin(fmin(least.x, least.y), fmin(least.z, least.w)) >= iso;
-            if (side || fmax(fmax(most.x, most.y), fmax(most.z, most.w)) < iso) {
-                // The whole cell is on one side.
-                if (known && side != positive) {
-                    return cursor.t;
-                }
-                positive = side;
-                known = true;
-                if (cursor_exit(&cursor, ray) >= ray->t1) {
-                    return -INFINITY;
-                }
-                cursor_next(&cursor, ray);
-                continue;
-            }
-        } else {
-            if (known && side != positive) {
-                return cursor.t;
-            }
-            positive = side;
-            known = true;
-            if (!cursor_skip_brick(&cursor, volume, ray)) {
-                return -INFINITY;
-            }
-            continue;
+            inside = corners_least(corners) >= iso;
+            crossed = !inside && corners_largest(corners) >= iso;
         }
         float exit = cursor_exit(&cursor, ray);
-        struct Cubic g = cursor_cubic(&cursor, ray, corners, cursor.t, exit);
-        g.a -= iso;
-        if (!known) {
-            positive = g.a >= 0.0f;
-            known = true;
+        if (crossed) {
+            struct Cubic g = cursor_cubic(&cursor, ray, corners, exit);
+            g.a -= iso;
+            positive = known ? positive : g.a >= 0.0f;
+            float s = first_crossing(g, &positive);
+            if (s >= 0.0f) {
+                return cursor.t + s * (exit - cursor.t);
+            }
+        } else {
+            if (known && inside != positive) {
+                return cursor.t; // the change of side happened on the face
+            }
+            positive = inside;
         }
-        float s = first_crossing(g, &positive);
-        if (s >= 0.0f) {
-            return cursor.t + s * (exit - cursor.t);
-        }
-        if (exit >= ray->t1) {
+        known = true;
+        if (brick != 0) {
+            if (!cursor_skip_bricks(&cursor, volume, ray, brick & ~BRICK_INSIDE)) {
+                return -INFINITY;
+            }
+        } else if (exit >= ray->t1) {
             return -INFINITY;
+        } else {
+            cursor_next(&cursor, ray);
         }
-        cursor_next(&cursor, ray);
     }
 }
 
 // Ambient + Lambert (albedo / pi) + Blinn-Phong (unnormalised lobe, as in the rasterisers it comes from).
-inline float3 shade(__constant struct Isosurface *method, __constant struct Light *lights, uint light_count,
+INLINE float3 shade(__constant struct Isosurface *method, __constant struct Light *lights, uint light_count,
     float3 point, float3 normal, float3 view) {
     float3 albedo = method->albedo.xyz;
     float3 radiance = method->ambient * albedo;
@@ -145,7 +137,7 @@ inline float3 shade(__constant struct Isosurface *method, __constant struct Ligh
         float cosine = dot(normal, to_light);
         if (cosine > 0.0f) {
             float3 middle = normalize(to_light + view);
-            float lobe = pow(fmax(dot(normal, middle), 0.0f), method->shininess);
+            float lobe = pow(max(dot(normal, middle), 0.0f), method->shininess);
             radiance += irradiance * (method->diffuse * cosine * M_1_PI_F * albedo + method->specular * lobe * M_1_PI_F);
         }
     }
@@ -154,7 +146,7 @@ inline float3 shade(__constant struct Isosurface *method, __constant struct Ligh
 
 __kernel void render_isosurface(__constant struct Frame *frame, __constant struct Camera *camera,
     __constant struct Volume *volume, __constant struct Isosurface *method, __global const VOXEL *voxels,
-    __global const float2 *bricks, __constant struct Light *lights, __global const float4 *environment,
+    __global const uchar *bricks, __constant struct Light *lights, __global const float4 *environment,
     __global struct FilmPixel *film, uint first_tile, uint tile_count, uint first_sample, uint sample_count) {
     int pixel = frame_pixel(camera->width, camera->height, first_tile, tile_count);
     if (pixel < 0) {

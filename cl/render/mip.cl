@@ -15,21 +15,21 @@ struct Maximum {
     float t;
 };
 
-inline void consider(struct Maximum *maximum, float value, float t) {
+INLINE void consider(struct Maximum *maximum, float value, float t) {
     if (value > maximum->value) {
         maximum->value = value;
         maximum->t = t;
     }
 }
 
-inline void consider_interior(struct Maximum *maximum, struct Cubic p, float s, float t, float length) {
+INLINE void consider_interior(struct Maximum *maximum, struct Cubic p, float s, float t, float length) {
     if (s > 0.0f && s < 1.0f) {
         consider(maximum, cubic_value(p, s), t + s * length);
     }
 }
 
 // Largest value of the cubic on [0, 1]; `upper` bounds the cell's field and keeps rounding from exceeding it.
-inline void cell_maximum(struct Maximum *maximum, struct Cubic p, float upper, float t, float length) {
+INLINE void cell_maximum(struct Maximum *maximum, struct Cubic p, float upper, float t, float length) {
     struct Maximum found = *maximum;
     consider(&found, p.a, t);
     consider(&found, p.a + p.b + p.c + p.d, t + length);
@@ -44,13 +44,8 @@ inline void cell_maximum(struct Maximum *maximum, struct Cubic p, float upper, f
             consider_interior(&found, p, q / (3.0f * p.d), t, length);
         }
     }
-    found.value = fmin(found.value, upper);
+    found.value = min(found.value, upper);
     consider(maximum, found.value, found.t);
-}
-
-inline float corners_maximum(struct Corners c) {
-    float4 m = fmax(c.low, c.high);
-    return fmax(fmax(m.x, m.y), fmax(m.z, m.w));
 }
 
 __kernel void render_mip(__constant struct Frame *frame, __constant struct Camera *camera,
@@ -75,17 +70,17 @@ __kernel void render_mip(__constant struct Frame *frame, __constant struct Camer
         struct CellCursor cursor = cursor_start(volume, &grid);
         for (;;) {
             if (bricks[brick_index(volume, cursor.cell)] <= maximum.value) {
-                if (!cursor_skip_brick(&cursor, volume, &grid)) {
+                if (!cursor_skip_bricks(&cursor, volume, &grid, 1)) {
                     break;
                 }
                 continue;
             }
             float exit = cursor_exit(&cursor, &grid);
             struct Corners corners = fetch_cell(volume, voxels, cursor.cell);
-            float upper = corners_maximum(corners);
+            float upper = corners_largest(corners);
             lookups += 1;
             if (upper > maximum.value) {
-                struct Cubic p = cursor_cubic(&cursor, &grid, corners, cursor.t, exit);
+                struct Cubic p = cursor_cubic(&cursor, &grid, corners, exit);
                 cell_maximum(&maximum, p, upper, cursor.t, exit - cursor.t);
             }
             if (exit >= grid.t1) {

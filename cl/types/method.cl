@@ -1,9 +1,13 @@
 // The parameters of each method.
 struct EmissionAbsorption {
-    float step;            // step size, local units
-    float min_transmittance; // stop below; 0 = never
-    float radiance;        // L0: the transfer function's colours times this
+    float step;              // step size, local units
+    float min_transmittance; // rays stop below it; 0 = never
+    float max_depth;         // the same as an optical depth; infinite = never
+    float radiance;          // L0: the transfer function's colours times this
+    float empty_value;       // window values up to this one have no extinction; -inf when there is none
     uint pad_0;
+    uint pad_1;
+    uint pad_2;
 };
 
 struct Isosurface {

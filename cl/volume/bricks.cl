@@ -1,28 +1,28 @@
 // Bricks: cubes of cells with known bounds of the field, to skip what cannot matter.
 #include "volume/cell.cl"
 
-inline int brick_index(__constant struct Volume *volume, int3 cell) {
+INLINE int brick_index(__constant struct Volume *volume, int4 cell) {
+    int4 offset = (cell >> volume->bricks.w) * volume->bricks;
+    return offset.x + offset.y + offset.z;
+}
+
+// Where the strides of a ray's octant start in a table of strides: bit 0 is set for rays towards larger x, and so on.
+INLINE int stride_table(__constant struct Volume *volume, const struct GridRay *ray) {
+    return (ray->ahead.x + 2 * ray->ahead.y + 4 * ray->ahead.z) * volume->octant;
+}
+
+// Where a ray that is in `cell` leaves the cube of `reach` bricks per edge that starts at the cell's brick and extends
+// along the ray. Not clipped to the box.
+INLINE float brick_exit(__constant struct Volume *volume, const struct GridRay *ray, int4 cell, int reach) {
     int shift = volume->bricks.w;
-    return ((cell.z >> shift) * volume->bricks.y + (cell.y >> shift)) * volume->bricks.x + (cell.x >> shift);
+    int4 plane = ((cell >> shift) + (1 - reach) + ray->ahead * (2 * reach - 1)) << shift;
+    return least3(plane_times(ray, convert_float4(plane)));
 }
 
-inline float axis_brick_exit(int cell, int step, int shift, float origin, float inverse) {
-    int brick = cell >> shift;
-    return step == 0 ? INFINITY : plane_time((float)((brick + (step > 0)) << shift), origin, inverse);
-}
-
-// Where a ray that is in `cell` leaves that cell's brick (not clipped to the box).
-inline float brick_exit(__constant struct Volume *volume, const struct GridRay *ray, int3 cell, int3 step) {
-    int shift = volume->bricks.w;
-    float x = axis_brick_exit(cell.x, step.x, shift, ray->origin.x, ray->inverse.x);
-    float y = axis_brick_exit(cell.y, step.y, shift, ray->origin.y, ray->inverse.y);
-    float z = axis_brick_exit(cell.z, step.z, shift, ray->origin.z, ray->inverse.z);
-    return fmin(fmin(x, y), z);
-}
-
-// Moves the cursor behind its brick. Returns false when that leaves the box.
-inline bool cursor_skip_brick(struct CellCursor *cursor, __constant struct Volume *volume, const struct GridRay *ray) {
-    float t = brick_exit(volume, ray, cursor->cell, cursor->step);
+// Moves the cursor behind that cube. Returns false when that leaves the box.
+INLINE bool cursor_skip_bricks(struct CellCursor *cursor, __constant struct Volume *volume, const struct GridRay *ray,
+    int reach) {
+    float t = brick_exit(volume, ray, cursor->cell, reach);
     if (!(t < ray->t1)) {
         return false;
     }

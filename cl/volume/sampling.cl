@@ -7,13 +7,13 @@
 #define VOXEL uchar
 #endif
 
-// The eight stored values around a cell: c[0..3] for z, c[4..7] for z + 1; x changes fastest.
+// The eight stored values around a cell; x changes fastest, then y.
 struct Corners {
-    float4 low;  // (x0 y0), (x1 y0), (x0 y1), (x1 y1) at z
-    float4 high; // ... at z + 1
+    float4 low;  // at z
+    float4 high; // at z + 1
 };
 
-inline struct Corners fetch_cell(__constant struct Volume *volume, __global const VOXEL *voxels, int3 cell) {
+INLINE struct Corners fetch_cell(__constant struct Volume *volume, __global const VOXEL *voxels, int4 cell) {
     size_t row = volume->row;
     size_t slice = volume->slice;
     __global const VOXEL *p = voxels + ((size_t)cell.z * slice + (size_t)cell.y * row + (size_t)cell.x);
@@ -24,28 +24,73 @@ inline struct Corners fetch_cell(__constant struct Volume *volume, __global cons
     return c;
 }
 
-inline float trilinear(struct Corners c, float3 f) {
+INLINE float trilinear(struct Corners c, float4 f) {
     float4 z = c.low + f.z * (c.high - c.low);
     float2 y = z.xy + f.y * (z.zw - z.xy);
     return y.x + f.x * (y.y - y.x);
 }
 
-// The interpolated stored value at a point in grid coordinates inside the padded box.
-inline float sample_raw(__constant struct Volume *volume, __global const VOXEL *voxels, float3 point) {
-    int3 cell = convert_int3(point);
-    return trilinear(fetch_cell(volume, voxels, cell), point - convert_float3(cell));
+INLINE float corners_least(struct Corners c) {
+    float4 m = min(c.low, c.high);
+    return min(min(m.x, m.y), min(m.z, m.w));
 }
 
-// Window value in [0, 1] before clamping.
-inline float window_value(__constant struct Volume *volume, float raw) {
+INLINE float corners_largest(struct Corners c) {
+    float4 m = max(c.low, c.high);
+    return max(max(m.x, m.y), max(m.z, m.w));
+}
+
+// The interpolated stored value at a point in grid coordinates inside the padded box.
+INLINE float sample_raw(__constant struct Volume *volume, __global const VOXEL *voxels, float4 point) {
+    int4 cell = convert_int4(point);
+    return trilinear(fetch_cell(volume, voxels, cell), point - convert_float4(cell));
+}
+
+#ifdef LANES
+// Eight points at a time, for CPUs: a loop over single samples leaves their vector units idle.
+#define CONCAT_(a, b) a##b
+#define CONCAT(a, b) CONCAT_(a, b)
+#define VOXEL_PAIRS CONCAT(VOXEL, 16)
+#define FETCH_PAIRS(offset) \
+    (VOXEL_PAIRS)(vload2(0, voxels + (i.s0 + (offset))), vload2(0, voxels + (i.s1 + (offset))), \
+        vload2(0, voxels + (i.s2 + (offset))), vload2(0, voxels + (i.s3 + (offset))), \
+        vload2(0, voxels + (i.s4 + (offset))), vload2(0, voxels + (i.s5 + (offset))), \
+        vload2(0, voxels + (i.s6 + (offset))), vload2(0, voxels + (i.s7 + (offset))))
+
+INLINE float8 lerp_pairs(VOXEL_PAIRS pairs, float8 f) {
+    float8 a = convert_float8(pairs.even);
+    return a + f * (convert_float8(pairs.odd) - a);
+}
+
+// As sample_raw, per lane. Indices are 32-bit: for buffers of less than 2^31 voxels.
+INLINE float8 sample_raw8(__constant struct Volume *volume, __global const VOXEL *voxels, float8 x, float8 y, float8 z) {
+    int8 cx = convert_int8(x);
+    int8 cy = convert_int8(y);
+    int8 cz = convert_int8(z);
+    int row = (int)volume->row;
+    int slice = (int)volume->slice;
+    int8 i = cz * slice + cy * row + cx;
+    float8 fx = x - convert_float8(cx);
+    float8 fy = y - convert_float8(cy);
+    float8 fz = z - convert_float8(cz);
+    float8 low = lerp_pairs(FETCH_PAIRS(0), fx);
+    low += fy * (lerp_pairs(FETCH_PAIRS(row), fx) - low);
+    float8 high = lerp_pairs(FETCH_PAIRS(slice), fx);
+    high += fy * (lerp_pairs(FETCH_PAIRS(slice + row), fx) - high);
+    return low + fz * (high - low);
+}
+#endif
+
+// Window value, not clamped.
+INLINE float window_value(__constant struct Volume *volume, float raw) {
     return (raw - volume->value_zero) * volume->value_scale;
 }
 
 // Gradient of the stored value per local unit: central differences of one voxel on the trilinear field.
-inline float3 gradient_raw(__constant struct Volume *volume, __global const VOXEL *voxels, float3 point) {
-    float3 x = (float3)(1.0f, 0.0f, 0.0f);
-    float3 y = (float3)(0.0f, 1.0f, 0.0f);
-    float3 z = (float3)(0.0f, 0.0f, 1.0f);
+inline float3 gradient_raw(__constant struct Volume *volume, __global const VOXEL *voxels, float4 point) {
+    float4 x = (float4)(1.0f, 0.0f, 0.0f, 0.0f);
+    float4 y = x.yxzw;
+    float4 z = x.yzxw;
     float3 difference = (float3)(
         sample_raw(volume, voxels, point + x) - sample_raw(volume, voxels, point - x),
         sample_raw(volume, voxels, point + y) - sample_raw(volume, voxels, point - y),

@@ -14,20 +14,20 @@ typedef float4 Medium;
 #endif
 
 // Position of a window value in the table: whole part in *index (at most size - 2), fraction returned.
-inline float table_position(float value, uint size, int *index) {
+INLINE float table_position(float value, uint size, int *index) {
     float x = clamp(value, 0.0f, 1.0f) * (float)(size - 1);
     *index = min((int)x, (int)size - 2);
     return x - (float)*index;
 }
 
-inline Medium table_row(__global const Medium *row, int index, float fraction) {
+INLINE Medium table_row(__global const Medium *row, int index, float fraction) {
     return row[index] + fraction * (row[index + 1] - row[index]);
 }
 
 #ifdef TF_2D
 // Value and gradient magnitude at a point in grid coordinates.
-inline Medium medium_at(__constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
-    __global const Medium *table, float3 point) {
+INLINE Medium medium_at(__constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
+    __global const Medium *table, float4 point) {
     float value = window_value(volume, sample_raw(volume, voxels, point));
     float3 gradient = gradient_raw(volume, voxels, point) * volume->value_scale;
     int i, j;
@@ -40,32 +40,33 @@ inline Medium medium_at(__constant struct Frame *frame, __constant struct Volume
 }
 #define MEDIUM_LOOKUPS 7
 #else
-inline Medium medium_of_value(__constant struct Frame *frame, __global const Medium *table, float value) {
+INLINE Medium medium_of_value(__constant struct Frame *frame, __global const Medium *table, float value) {
     int i;
     float f = table_position(value, frame->table_size, &i);
     return table_row(table, i, f);
 }
 
-inline Medium medium_at(__constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
-    __global const Medium *table, float3 point) {
+INLINE Medium medium_at(__constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
+    __global const Medium *table, float4 point) {
     return medium_of_value(frame, table, window_value(volume, sample_raw(volume, voxels, point)));
 }
 #define MEDIUM_LOOKUPS 1
 #endif
 
-#ifndef TF_2D
-// The table's integral, to average it exactly over an interval of values.
+// The table's integral, to average it exactly over an interval of values (1-D tables only).
 struct TableIntegral {
     __global const Medium *high;  // integral of the table from 0 to entry k, over v: high[k] + low[k]
     __global const Medium *low;
     __global const uint *kinks;   // number of entries up to k at which the slope changes
 };
 
+#ifndef TF_2D
+
 // Mean of the table over window values between `a` and `b` (exact for the piecewise linear table).
-inline Medium table_mean(__constant struct Frame *frame, __global const Medium *table, struct TableIntegral integral,
+INLINE Medium table_mean(__constant struct Frame *frame, __global const Medium *table, struct TableIntegral integral,
     float a, float b) {
-    float lo = fmin(a, b);
-    float hi = fmax(a, b);
+    float lo = min(a, b);
+    float hi = max(a, b);
     int i, j;
     float fi = table_position(lo, frame->table_size, &i);
     float fj = table_position(hi, frame->table_size, &j);
@@ -77,8 +78,8 @@ inline Medium table_mean(__constant struct Frame *frame, __global const Medium *
     // Beyond 0 and 1 the table is constant; in between: two partial intervals and whole ones by the integral,
     // whose two-float difference does not cancel.
     float spacing = 1.0f / (float)(frame->table_size - 1);
-    float below = fmax(-lo, 0.0f) - fmax(-hi, 0.0f);
-    float above = fmax(hi - 1.0f, 0.0f) - fmax(lo - 1.0f, 0.0f);
+    float below = max(-lo, 0.0f) - max(-hi, 0.0f);
+    float above = max(hi - 1.0f, 0.0f) - max(lo - 1.0f, 0.0f);
     Medium sum = below * table[0] + above * table[frame->table_size - 1];
     if (i == j) {
         sum += 0.5f * (fj - fi) * spacing * (at_lo + at_hi);

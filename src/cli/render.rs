@@ -113,7 +113,7 @@ fn output_path(arguments: &RenderArgs) -> Result<PathBuf> {
 
 fn stop_rules(arguments: &RenderArgs, scene: &Scene) -> Stop {
     if arguments.samples.is_none() && arguments.time.is_none() && arguments.error.is_none() {
-        return scene.stop.clone();
+        return scene.stop;
     }
     Stop { samples: arguments.samples, time: arguments.time, error: arguments.error }
 }

@@ -128,7 +128,7 @@ impl<'s> Checker<'s> {
             let mut problem = Problem::new(format!("missing key `{key}`{}", in_table(path)), spot.clone())
                 .label(format!("needs `{key}`"));
             if let Some(help) = properties.and_then(|p| p.get(key)?.get("description")?.as_str()) {
-                problem = problem.note(format!("`{key}`: {}", help.replace('\n', " ")));
+                problem = problem.note(format!("`{key}`: {help}"));
             }
             self.problems.push(problem);
         }

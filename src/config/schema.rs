@@ -10,7 +10,7 @@ use super::types::SceneConfig;
 pub fn schema() -> Value {
     let generator = SchemaSettings::draft2020_12().into_generator();
     let mut schema = generator.into_root_schema_for::<SceneConfig>().to_value();
-    remove_nulls(&mut schema);
+    tidy(&mut schema);
     schema
 }
 
@@ -37,14 +37,17 @@ pub(super) fn tag_of(variant: &Map<String, Value>) -> Option<&str> {
 }
 
 /// TOML has no null: an optional key is left out. So `null`, which the generator lists for every
-/// `Option`, is taken out of types, alternatives and defaults.
-fn remove_nulls(value: &mut Value) {
+/// `Option`, is taken out of types, alternatives and defaults. Descriptions lose the line breaks of the source.
+fn tidy(value: &mut Value) {
     match value {
-        Value::Array(items) => items.iter_mut().for_each(remove_nulls),
+        Value::Array(items) => items.iter_mut().for_each(tidy),
         Value::Object(map) => {
-            map.values_mut().for_each(remove_nulls);
+            map.values_mut().for_each(tidy);
             remove_null_type(map);
             remove_null_alternative(map);
+            if let Some(Value::String(text)) = map.get_mut("description") {
+                *text = text.replace('\n', " ");
+            }
             if map.get("default") == Some(&Value::Null) {
                 map.remove("default");
             }

@@ -126,6 +126,7 @@ pub(crate) fn quote(text: &str) -> String {
 /// Parses a whole TOML text. All syntax errors are reported at once; the tree holds what could be read.
 pub(super) fn parse(text: &str, source: SourceId, problems: &mut Vec<Problem>) -> Node {
     let (root, errors) = DeTable::parse_recoverable(text);
+    let errors = without_consequences(errors, text);
     problems.extend(errors.iter().map(|error| syntax_problem(error, source)));
     let mut reader = Reader { source, problems };
     let value = reader.table(root.get_ref());
@@ -154,6 +155,27 @@ fn shift_spans(node: &mut Node, shift: usize) {
         NodeValue::Table(table) => table.values_mut().for_each(|child| shift_spans(child, shift)),
         _ => {}
     }
+}
+
+/// Drops the errors that only follow from others: all but the first of a line, and after a bracket that
+/// is never closed all but the first and that one, since the parser reads the rest of the file inside it.
+fn without_consequences(mut errors: Vec<toml::de::Error>, text: &str) -> Vec<toml::de::Error> {
+    let start = |error: &toml::de::Error| error.span().map_or(0, |span| span.start);
+    errors.sort_by_key(start);
+    let unclosed = errors.iter().any(|error| error.message().starts_with("unclosed"));
+    let mut last: Option<usize> = None;
+    errors.retain(|error| {
+        let at = start(error);
+        let between = last.and_then(|last| text.get(last..at));
+        let keep = match last {
+            None => true,
+            Some(_) if unclosed => error.message().starts_with("unclosed"),
+            Some(_) => between.is_none_or(|between| between.contains('\n')),
+        };
+        last = Some(at);
+        keep
+    });
+    errors
 }
 
 fn syntax_problem(error: &toml::de::Error, source: SourceId) -> Problem {

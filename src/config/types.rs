@@ -39,7 +39,7 @@ pub struct SceneConfig {
     /// What rays see that leave the volume. Default: black.
     #[serde(default)]
     pub background: BackgroundConfig,
-    /// The lights, one [[light]] table each.
+    /// The lights, one `[[light]]` table each.
     #[serde(default)]
     pub light: Vec<LightConfig>,
     /// The rendering method and its parameters.

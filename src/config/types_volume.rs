@@ -138,17 +138,18 @@ pub enum FieldConfig {
         centre: [f64; 3],
         /// The radius in fractions of the box's largest extent.
         #[serde(default = "three_tenths")]
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
         radius: f64,
     },
     /// The test signal of Marschner and Lobb (1994) on [-1, 1]³.
     MarschnerLobb {
         /// Frequency of the radial modulation.
         #[serde(default = "six")]
+        #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
         frequency: f64,
         /// Depth of the modulation.
         #[serde(default = "quarter")]
-        #[schemars(range(min = 0.0))]
+        #[schemars(range(min = 0.0, max = 1e6))]
         alpha: f64,
     },
     /// The Shepp-Logan head phantom in three dimensions on [-1, 1]³.
@@ -160,17 +161,17 @@ pub enum FieldConfig {
     /// Probability density of an electron in hydrogen, scaled to a maximum of 1.
     Hydrogen {
         /// Principal quantum number.
-        #[schemars(range(min = 1, max = 20))]
+        #[schemars(range(min = 1, max = 10))]
         n: u32,
         /// Orbital quantum number, less than `n`.
-        #[schemars(range(min = 0, max = 19))]
+        #[schemars(range(min = 0, max = 9))]
         l: u32,
         /// Magnetic quantum number, from -l to l.
         #[serde(default)]
-        #[schemars(range(min = -19, max = 19))]
+        #[schemars(range(min = -9, max = 9))]
         m: i32,
-        /// Half the width of the box in Bohr radii. Default: 2.5 n².
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        /// Half the largest extent of the box in Bohr radii. Default: 2n(n + 2).
+        #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
         extent: Option<f64>,
     },
     /// A smooth ball with sinusoidal structure, values 0..1.

@@ -20,7 +20,7 @@ impl<T: Pod> Buffer<T> {
     /// # Errors
     /// [`Error::Failed`] when the device has no room.
     pub fn uninitialised(device: &Device, len: usize) -> Result<Self> {
-        let bytes = len.checked_mul(size_of::<T>()).unwrap_or(usize::MAX);
+        let bytes = len.saturating_mul(size_of::<T>());
         let mut status = 0;
         // SAFETY: no host pointer is given, and `status` outlives the call.
         let raw = unsafe {

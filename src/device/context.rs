@@ -44,6 +44,6 @@ impl Device {
     }
 
     pub(super) fn context_ptr(&self) -> ffi::cl_context {
-        (&self.context).as_ptr()
+        self.context.as_ptr()
     }
 }

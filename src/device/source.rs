@@ -10,6 +10,7 @@ macro_rules! embed {
 
 /// Every file of `cl/`, by its path below that folder.
 const FILES: &[(&str, &str)] = embed![
+    "common/inline.cl",
     "common/numeric.cl",
     "common/rng.cl",
     "common/sobol.cl",

@@ -1,6 +1,6 @@
 //! Emission-absorption: the kernel is `cl/render/emission_absorption.cl`.
 
-use super::medium::MediumTable;
+use super::medium::{BRICK_STRAIGHT, MediumTable};
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::device::ProgramSpec;
 use crate::scene::{Compositing, Quadrature, Transfer};
@@ -14,10 +14,18 @@ device_struct! {
         pub step: f32,
         /// Rays stop below this transmittance; 0 is never.
         pub min_transmittance: f32,
+        /// The same as an optical depth; infinite is never.
+        pub max_depth: f32,
         /// Factor of the transfer function's colours.
         pub radiance: f32,
+        /// Window values below this one have no extinction.
+        pub empty_value: f32,
         /// Padding.
         pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
+        /// Padding.
+        pub pad_2: u32,
     }
 }
 
@@ -62,15 +70,19 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let parameters = EmissionAbsorption {
         step: step.unwrap_or(1.0) as f32,
         min_transmittance: settings.termination as f32,
+        max_depth: -settings.termination.ln() as f32,
         radiance: settings.radiance as f32,
+        empty_value: table.empty_value() as f32,
         pad_0: 0,
+        pad_1: 0,
+        pad_2: 0,
     };
-    let occupancy = table.occupancy(input.bricks, input.grid.window());
-    let occupied = occupancy.iter().filter(|&&b| b > 0).count();
+    let classes = table.classify(input.bricks, input.grid.window());
+    let bricks = input.bricks.ranges.len();
+    let occupied = classes[..bricks].iter().filter(|&&class| class >= BRICK_STRAIGHT).count();
     let (high, low) = table.device_integral(sigma_only);
     let notes = vec![format!(
-        "{occupied} of {} bricks can hold extinction; the largest is {:.6} per scene unit",
-        occupancy.len(),
+        "{occupied} of {bricks} bricks can hold extinction; the largest is {:.6} per scene unit",
         table.max_sigma() / input.local.unit
     )];
     Ok(MethodSetup {
@@ -78,13 +90,14 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         kernel: "render_emission_absorption",
         parameters: HostBuffer::new("method parameters", &[parameters]),
         tables: vec![
-            HostBuffer { name: "brick occupancy", bytes: occupancy },
+            HostBuffer { name: "brick classes", bytes: classes },
             HostBuffer { name: "transfer function", bytes: table.device_entries(sigma_only) },
             HostBuffer { name: "transfer function integral", bytes: high },
             HostBuffer { name: "transfer function integral, low parts", bytes: low },
             HostBuffer::new("transfer function kinks", &table.kinks()),
         ],
         random: jitter,
+        lanes: step.is_some() && gradient_max.is_none(),
         has_depth: false,
         notes,
     })

@@ -22,7 +22,7 @@ device_struct! {
         pub scale: [f32; 4],
         /// Voxels per axis.
         pub dims: [i32; 4],
-        /// Bricks per axis; last: log2 of the cells per brick edge.
+        /// Distance in memory between bricks that are neighbours along x, y, z; last: log2 of the cells per edge.
         pub bricks: [i32; 4],
         /// Elements per row of the padded buffer.
         pub row: u32,
@@ -32,6 +32,14 @@ device_struct! {
         pub value_scale: f32,
         /// The stored value whose window value is 0.
         pub value_zero: f32,
+        /// Number of bricks: the distance between octants in tables of strides.
+        pub octant: i32,
+        /// Padding.
+        pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
+        /// Padding.
+        pub pad_2: u32,
     }
 }
 
@@ -84,6 +92,54 @@ pub struct BrickRanges {
     pub shift: u32,
     /// (low, high) per brick.
     pub ranges: Vec<[f32; 2]>,
+}
+
+impl BrickRanges {
+    /// For each of the eight octants of ray directions and each brick, how many bricks a ray can cross before one
+    /// whose range is `wanted`: 0 for those themselves, else the edge of the largest cube of unwanted bricks that
+    /// starts at this one and extends along the octant, at most `limit` (at least 1).
+    ///
+    /// Octant bits: 1 where the ray moves towards larger x, 2 for y, 4 for z. Octants follow each other in memory.
+    pub fn strides(&self, limit: u8, wanted: impl Fn(&[f32; 2]) -> bool) -> Vec<u8> {
+        let free: Vec<bool> = self.ranges.iter().map(|range| !wanted(range)).collect();
+        (0..8_usize)
+            .into_par_iter()
+            .flat_map_iter(|octant| self.octant_strides(octant, limit, &free))
+            .collect()
+    }
+
+    /// A cube of edge k + 1 is free when the cubes of edge k that start at its seven other corners' neighbours are:
+    /// one sweep against the octant's direction.
+    fn octant_strides(&self, octant: usize, limit: u8, free: &[bool]) -> Vec<u8> {
+        let [nx, ny, nz] = self.counts;
+        let mut strides = vec![0_u8; free.len()];
+        // Visits an axis from where its rays end.
+        let visit = |k: usize, n: usize, bit: usize| if octant & bit != 0 { n - 1 - k } else { k };
+        let ahead = |i: usize, n: usize, bit: usize| {
+            if octant & bit != 0 { (i + 1 < n).then_some(i + 1) } else { i.checked_sub(1) }
+        };
+        for index in 0..free.len() {
+            let x = visit(index % nx, nx, 1);
+            let y = visit(index / nx % ny, ny, 2);
+            let z = visit(index / (nx * ny), nz, 4);
+            let here = (z * ny + y) * nx + x;
+            if !free[here] {
+                continue;
+            }
+            let mut least = limit - 1;
+            for corner in 1..8_usize {
+                let next = |i: usize, n: usize, bit: usize| {
+                    if corner & bit != 0 { ahead(i, n, bit) } else { Some(i) }
+                };
+                // Beyond the volume everything is free.
+                if let (Some(u), Some(v), Some(w)) = (next(x, nx, 1), next(y, ny, 2), next(z, nz, 4)) {
+                    least = least.min(strides[(w * ny + v) * nx + u]);
+                }
+            }
+            strides[here] = least + 1;
+        }
+        strides
+    }
 }
 
 /// A volume with its window: everything that does not depend on the method.
@@ -177,7 +233,11 @@ impl<'a> Grid<'a> {
         DeviceVolume {
             scale: float4(1.0 / self.frame.spacing, 0.0),
             dims: [x, y, z, 0],
-            bricks: [bx, by, bz, bricks.shift as i32],
+            bricks: [1, bx, bx * by, bricks.shift as i32],
+            octant: bx * by * bz,
+            pad_0: 0,
+            pad_1: 0,
+            pad_2: 0,
             row: nx as u32,
             slice: (nx * ny) as u32,
             value_scale: (1.0 / (self.window.one - self.window.zero)) as f32,

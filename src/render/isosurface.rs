@@ -1,5 +1,6 @@
 //! Isosurface: the kernel is `cl/render/isosurface.cl`.
 
+use super::grid::BrickRanges;
 use super::local::float4;
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::device::ProgramSpec;
@@ -88,13 +89,26 @@ pub fn prepare(
         kernel: "render_isosurface",
         parameters: HostBuffer::new("method parameters", &[parameters]),
         tables: vec![
-            HostBuffer::new("brick ranges", &input.bricks.ranges),
+            HostBuffer { name: "brick strides", bytes: strides(input.bricks, iso) },
             HostBuffer::new("lights", &lights),
         ],
         random: false,
+        lanes: false,
         has_depth: true,
         notes,
     }
+}
+
+/// Per octant and brick: 0 where the surface is, else the stride over free bricks, with the top bit set inside.
+fn strides(bricks: &BrickRanges, iso: f32) -> Vec<u8> {
+    const INSIDE: u8 = 0x80;
+    let mut strides = bricks.strides(INSIDE - 1, |[low, high]| *low < iso && iso <= *high);
+    for (stride, [low, _]) in strides.iter_mut().zip(bricks.ranges.iter().cycle()) {
+        if *stride > 0 && *low >= iso {
+            *stride |= INSIDE;
+        }
+    }
+    strides
 }
 
 fn device_light(light: &Light, input: &MethodInput<'_>) -> DeviceLight {

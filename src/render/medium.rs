@@ -5,6 +5,11 @@ use crate::Result;
 use crate::scene::{Medium, Transfer};
 use crate::transfer::{TransferFunction1d, TransferFunction2d, sigma_table};
 
+/// Classes of bricks, mirrored in `cl/render/emission_absorption.cl`: the table is a straight line over the brick's
+/// values, or anything. Smaller numbers are empty bricks, see [`MediumTable::classify`].
+pub(super) const BRICK_STRAIGHT: u8 = 254;
+const BRICK_BENT: u8 = 255;
+
 /// A transfer function's table in local units, with what exact averages and bounds need.
 pub struct MediumTable {
     /// Entries along the value axis.
@@ -85,13 +90,45 @@ impl MediumTable {
         columns[index] * (1.0 - fraction) + columns[index + 1] * fraction
     }
 
-    /// Per brick, 1 where the extinction can be above zero.
-    pub fn occupancy(&self, bricks: &BrickRanges, window: &StoredWindow) -> Vec<u8> {
-        let occupied = |&[low, high]: &[f32; 2]| {
+    /// The window value below which there is no extinction; negative infinity when there is at value 0 already.
+    pub fn empty_value(&self) -> f64 {
+        match self.maxima[0].iter().position(|&sigma| sigma > 0.0) {
+            Some(0) => f64::NEG_INFINITY,
+            // A thousandth of an entry below, for the device's rounding.
+            Some(first) => ((first - 1) as f64 - 1e-3) / (self.size - 1) as f64,
+            None => f64::INFINITY,
+        }
+    }
+
+    /// What the table does over the values of each brick, per octant of ray directions: [`BRICK_STRAIGHT`],
+    /// [`BRICK_BENT`], or for a brick without extinction how many bricks a ray can stride over.
+    pub fn classify(&self, bricks: &BrickRanges, window: &StoredWindow) -> Vec<u8> {
+        let kinks = self.kinks();
+        let values = |&[low, high]: &[f32; 2]| {
             let (a, b) = (window.value(f64::from(low)), window.value(f64::from(high)));
-            u8::from(self.max_between(a, b) > 0.0)
+            (a.min(b), a.max(b))
         };
-        bricks.ranges.iter().map(occupied).collect()
+        let occupied = |range: &[f32; 2]| {
+            let (low, high) = values(range);
+            self.max_between(low, high) > 0.0
+        };
+        let mut classes = bricks.strides(BRICK_STRAIGHT - 1, occupied);
+        let ranges = bricks.ranges.iter().cycle();
+        for (class, range) in classes.iter_mut().zip(ranges).filter(|(class, _)| **class == 0) {
+            let (low, high) = values(range);
+            let straight = self.rows == 1 && self.is_straight(&kinks, low, high);
+            *class = if straight { BRICK_STRAIGHT } else { BRICK_BENT };
+        }
+        classes
+    }
+
+    /// Whether the table is one straight line between two window values, with a margin for the device's rounding.
+    fn is_straight(&self, kinks: &[u32], low: f64, high: f64) -> bool {
+        let last = (self.size - 1) as f64;
+        let (first, end) = (low * last - 1e-3, high * last + 1e-3);
+        let inside = low >= 0.0 && high <= 1.0;
+        let entry = |position: f64| kinks[(position.clamp(0.0, last) as usize).min(self.size - 2)];
+        inside && entry(first) == entry(end)
     }
 
     /// The entries as the device reads them: four floats, or the extinction alone.

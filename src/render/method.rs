@@ -67,6 +67,8 @@ pub struct MethodSetup {
     pub tables: Vec<HostBuffer>,
     /// Whether a ray's result depends on random numbers of the method's own.
     pub random: bool,
+    /// Whether the kernel has a form that works on eight samples at a time (`LANES`).
+    pub lanes: bool,
     /// Whether the method measures a depth.
     pub has_depth: bool,
     /// Remarks for `check`, one sentence each.

@@ -53,6 +53,7 @@ pub fn prepare(input: &MethodInput<'_>, color: &MipColor) -> MethodSetup {
         parameters: HostBuffer::new("method parameters", &[parameters]),
         tables: vec![HostBuffer::new("brick maxima", &upper), HostBuffer::new("colour map", &colormap)],
         random: false,
+        lanes: false,
         has_depth: true,
         notes: Vec::new(),
     }

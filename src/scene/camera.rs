@@ -51,15 +51,13 @@ pub(super) fn camera(config: &CameraConfig, cx: &mut Context<'_>) -> Option<Came
     let (CameraConfig::Perspective { position, target, up, .. }
     | CameraConfig::Orthographic { position, target, up, .. }) = config;
     let (position, target) = (DVec3::from_array(*position), DVec3::from_array(*target));
-    let Some((forward, distance)) = unit_and_length(target - position) else {
-        let message = "`camera.target` must differ from `camera.position`, by a distance of ordinary size";
-        cx.wrong("camera.target", message, "no view direction");
+    let view = target - position;
+    let Some((forward, distance)) = unit_and_length(view) else {
+        let how = if view == DVec3::ZERO { "must differ from" } else { "is too near to or far from" };
+        cx.wrong("camera.target", format!("`camera.target` {how} `camera.position`"), "no view direction");
         return None;
     };
-    let Some((up, _)) = unit_and_length(DVec3::from_array(*up)) else {
-        cx.wrong("camera.up", "`camera.up` must have a length of ordinary size", "no direction");
-        return None;
-    };
+    let up = direction(*up, "camera.up", cx)?;
     if forward.cross(up).length() < LEAST_SINE {
         let message = "`camera.up` must not be parallel to the view";
         cx.wrong("camera.up", message, "the view goes along this direction");
@@ -74,7 +72,18 @@ pub(super) fn camera(config: &CameraConfig, cx: &mut Context<'_>) -> Option<Came
     Some(Camera { position, target, up, kind })
 }
 
+/// The unit vector along a direction of the scene.
+pub(super) fn direction(vector: [f64; 3], path: &str, cx: &mut Context<'_>) -> Option<DVec3> {
+    let vector = DVec3::from_array(vector);
+    let unit = unit_and_length(vector);
+    if unit.is_none() {
+        let what = if vector == DVec3::ZERO { "must not be zero" } else { "is too short or too long" };
+        cx.wrong(path, format!("`{path}` {what}"), "no direction");
+    }
+    unit.map(|(unit, _)| unit)
+}
+
 /// Direction and length of a vector; `None` where `f64` cannot hold both (zero, or too short or long).
-pub(super) fn unit_and_length(vector: DVec3) -> Option<(DVec3, f64)> {
+fn unit_and_length(vector: DVec3) -> Option<(DVec3, f64)> {
     Some((vector.try_normalize()?, vector.length()))
 }

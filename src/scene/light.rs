@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use super::camera::unit_and_length;
+use super::camera::direction;
 use super::context::Context;
 use crate::config::types::{BackgroundConfig, LightConfig};
 
@@ -52,14 +52,10 @@ fn light(config: &LightConfig, index: usize, cx: &mut Context<'_>) -> Light {
         LightConfig::Point { position, intensity } => {
             Light::Point { position: DVec3::from_array(*position), intensity: intensity.0 }
         }
-        LightConfig::Directional { direction, irradiance } => {
-            let unit = unit_and_length(DVec3::from_array(*direction));
-            if unit.is_none() {
-                let path = format!("light.{index}.direction");
-                cx.wrong(&path, format!("`{path}` must have a length of ordinary size"), "no direction");
-            }
-            let direction = unit.map_or(DVec3::NEG_Y, |(direction, _)| direction);
-            Light::Directional { direction, irradiance: irradiance.0 }
+        LightConfig::Directional { direction: travel, irradiance } => {
+            // A wrong direction has been reported: any stands in for it.
+            let unit = direction(*travel, &format!("light.{index}.direction"), cx);
+            Light::Directional { direction: unit.unwrap_or(DVec3::NEG_Y), irradiance: irradiance.0 }
         }
     }
 }

@@ -12,6 +12,8 @@ mod hash;
 mod light;
 mod method;
 mod output;
+#[cfg(test)]
+mod tests;
 mod transfer;
 mod volume;
 

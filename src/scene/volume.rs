@@ -100,13 +100,13 @@ pub enum FieldKind {
     },
     /// |ψ|² of hydrogen, scaled to a maximum of 1.
     Hydrogen {
-        /// Principal quantum number, 1..=20.
+        /// Principal quantum number, 1..=10.
         n: u32,
         /// Orbital quantum number, < n.
         l: u32,
         /// Magnetic quantum number, |m| ≤ l.
         m: i32,
-        /// Half width of the box in Bohr radii, > 0.
+        /// Half the largest extent of the box in Bohr radii, > 0.
         extent: f64,
     },
     /// A smooth ball with sinusoidal structure, 0..1.
@@ -189,7 +189,8 @@ fn field_kind(config: &FieldConfig, cx: &mut Context<'_>) -> FieldKind {
             } else if m.unsigned_abs() > l {
                 cx.wrong("volume.field.m", "`m` must lie between -l and l", format!("l is {l}"));
             }
-            let extent = extent.unwrap_or(2.5 * f64::from(n).powi(2));
+            // Holds all but a few thousandths of the electron.
+            let extent = extent.unwrap_or(f64::from(2 * n * (n + 2)));
             FieldKind::Hydrogen { n, l, m, extent }
         }
         FieldConfig::Cloud {} => FieldKind::Cloud,

@@ -39,10 +39,9 @@ const COOLWARM: [u32; 16] = [
 const CT: [u32; 9] =
     [0x000000, 0x2b0f0d, 0x5e2318, 0x8f3f2b, 0xb8654a, 0xd49475, 0xe6c09c, 0xf3e3c8, 0xfffdf5];
 
-/// The colour of a map at `x` (clamped to 0..=1), linear sRGB in 0..=1.
+/// The colour of a map at `x` (clamped to 0..=1; not a number counts as 0), linear sRGB in 0..=1.
 pub fn map_color(map: ColorMap, x: f64) -> [f64; 3] {
-    // `max` first: it also turns "not a number" into 0.
-    let x = x.max(0.0).min(1.0);
+    let x = if x.is_nan() { 0.0 } else { x.clamp(0.0, 1.0) };
     match map {
         ColorMap::Grey => [x; 3],
         ColorMap::Hot => hot(x).map(srgb_to_linear),

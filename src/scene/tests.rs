@@ -1,0 +1,136 @@
+//! The values of validated scenes, and the hash.
+
+use std::path::Path;
+use std::time::Duration;
+
+use glam::DVec3;
+
+use super::*;
+use crate::config;
+
+const SCENE: &str = r#"[camera]
+position = [0, 0, -2]
+target = [0, 0, 0]
+[volume]
+field = { kind = "cloud" }
+dims = [8, 8, 8]
+[medium]
+sigma_max = 40
+[method]
+kind = "emission-absorption"
+"#;
+
+fn scene(text: &str, sets: &[&str]) -> Scene {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    config::parse("s.toml", text, &sets)
+        .and_then(|loaded| Scene::from_loaded(&loaded, Path::new("")))
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn defaults() {
+    let scene = scene(SCENE, &[]);
+    assert_eq!(scene.seed, 1);
+    assert_eq!(scene.image, Image { width: 512, height: 512, filter: Filter::Box });
+    let kind = CameraKind::Perspective { fov: 40f64.to_radians(), aperture: 0.0, focus: 2.0 };
+    assert_eq!(
+        scene.camera,
+        Camera { position: DVec3::new(0.0, 0.0, -2.0), target: DVec3::ZERO, up: DVec3::Y, kind }
+    );
+    assert_eq!(scene.camera.forward(), DVec3::Z);
+    assert_eq!(
+        scene.volume,
+        Volume {
+            source: VolumeSource::Field { kind: FieldKind::Cloud, dims: [8; 3] },
+            spacing: None,
+            origin: Origin::Corner(DVec3::ZERO),
+            window: None,
+        }
+    );
+    assert_eq!(scene.medium, Medium::Extinction { sigma_max: 40.0 });
+    let Transfer::OneD(transfer) = scene.transfer else { panic!("one-dimensional") };
+    assert_eq!((transfer.domain, transfer.colormap, transfer.resolution), (Domain::Normalized, None, 1024));
+    assert_eq!(transfer.points, [0.0, 1.0].map(|value| Point { value, opacity: value, color: None }));
+    assert_eq!((scene.lights, scene.background), (vec![], Background::Constant([0.0; 3])));
+    let method =
+        Method::EmissionAbsorption { radiance: 1.0, quadrature: Quadrature::Cell, termination: 0.0009765625 };
+    assert_eq!(scene.method, method);
+    assert_eq!(scene.film, FilmSettings { tonemap: Tonemap::Reinhard, exposure: 1.0, gamma: None });
+    assert_eq!(scene.stop, Stop { samples: Some(16), time: None, error: None });
+}
+
+#[test]
+fn values_are_resolved() {
+    let text = format!(
+        "{SCENE}quadrature = \"step\"\n[stop]\ntime = \"2m\"\nerror = \"5%\"\n\
+         [[light]]\nkind = \"directional\"\ndirection = [0, -4, 0]\nirradiance = 3\n"
+    );
+    let sets = ["volume.window={centre = 40, width = 400}", "volume.spacing=0.5", "volume.origin=centre"];
+    let scene = scene(&text, &[&sets[..], &["volume.field={kind = \"hydrogen\", n = 2, l = 1}"]].concat());
+    assert_eq!(scene.stop, Stop { samples: None, time: Some(Duration::from_secs(120)), error: Some(0.05) });
+    let light = Light::Directional { direction: DVec3::NEG_Y, irradiance: [3.0; 3] };
+    assert_eq!(scene.lights, [light]);
+    assert_eq!(scene.volume.window, Some((-160.0, 240.0)));
+    assert_eq!((scene.volume.spacing, scene.volume.origin), (Some(DVec3::splat(0.5)), Origin::Centre));
+    let kind = FieldKind::Hydrogen { n: 2, l: 1, m: 0, extent: 16.0 };
+    assert_eq!(scene.volume.source, VolumeSource::Field { kind, dims: [8; 3] });
+    let step = Quadrature::Step { step: 0.5, jitter: true, compositing: Compositing::Exponential };
+    assert!(matches!(scene.method, Method::EmissionAbsorption { quadrature, .. } if quadrature == step));
+}
+
+#[test]
+fn without_points_the_ramp_runs_over_the_window_in_either_domain() {
+    let scene = scene(SCENE, &["transfer.domain=data"]);
+    assert!(matches!(scene.transfer, Transfer::OneD(Transfer1d { domain: Domain::Normalized, .. })));
+}
+
+#[test]
+fn the_hash_ignores_what_does_not_change_the_pixels() {
+    let base = scene(SCENE, &[]);
+    assert_eq!(base.hash.len(), 32);
+    assert!(base.hash.bytes().all(|b| b.is_ascii_hexdigit()));
+    let reordered = "# a comment\nseed = 1\n[method]\nkind = \"emission-absorption\"\n[volume]\ndims = [8, 8, 8]\n\
+                     field.kind = \"cloud\"\n[medium]\nmode = \"extinction\"\nsigma_max = 40.0\n\
+                     [camera]\ntarget = [0.0, 0.0, 0.0]\nkind = \"perspective\"\nposition = [0, 0, -2]\n";
+    assert_eq!(scene(reordered, &[]).hash, base.hash);
+    for set in ["stop.samples=999", "stop.time=1h", "film.exposure=3", "film.tonemap=linear"] {
+        assert_eq!(scene(SCENE, &[set]).hash, base.hash, "{set}");
+    }
+    let colours = ["background.color=1", "background.color=[1, 1, 1]", "background.color=\"#ffffff\""];
+    let hashes = colours.map(|set| scene(SCENE, &[set]).hash);
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]));
+}
+
+#[test]
+fn the_hash_covers_what_changes_the_pixels() {
+    let mut hashes = vec![scene(SCENE, &[]).hash];
+    let sets = [
+        "seed=2",
+        "image.width=511",
+        "image.filter=point",
+        "camera.fov=41",
+        "camera.position=[0, 0, -2.0000000001]",
+        "volume.dims=[8, 8, 9]",
+        "volume.spacing=2",
+        "medium.sigma_max=41",
+        "transfer.resolution=1023",
+        "transfer.colormap=hot",
+        "background.color=0.5",
+        "method.radiance=2",
+        "method.termination=0",
+        "method={kind = \"mip\"}",
+    ];
+    hashes.extend(sets.iter().map(|set| scene(SCENE, &[set]).hash));
+    let count = hashes.len();
+    hashes.sort();
+    hashes.dedup();
+    assert_eq!(hashes.len(), count);
+}
+
+#[test]
+fn seeds_differ_in_the_hash_only() {
+    let [a, b] = ["seed=1", "seed=2"].map(|set| scene(SCENE, &[set]));
+    assert_ne!(a.hash, b.hash);
+    assert_eq!(a.seedless_hash, b.seedless_hash);
+    assert_ne!(a.seedless_hash, scene(SCENE, &["image.width=3"]).seedless_hash);
+}
