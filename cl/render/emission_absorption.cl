@@ -45,7 +45,7 @@ INLINE void gather(struct Gathered *g, float length, Medium mean) {
     g->depth += tau;
 #else
     if (tau == 0.0f) {
-        return;
+        return; // the commonest case by far in partly filled bricks
     }
 #ifdef LINEAR_COMPOSITING
     // Usher's Taylor form: too opaque, first order in the step.
@@ -188,9 +188,13 @@ INLINE void gather_gauss(struct Gathered *g, Medium first, Medium second, float 
 #else
     // The second point is seen through what lies between the two: its colour weighs less, the optical depth is the sum.
     float sigma = 0.5f * (first.w + second.w);
-    float between = transmittance_of((GAUSS_1 - GAUSS_0) * length * sigma);
+    if (sigma == 0.0f) {
+        return;
+    }
+    // Not below 1e-6, where it decides nothing but whether 0 / 0 can happen.
+    float between = max(transmittance_of((GAUSS_1 - GAUSS_0) * length * sigma), 1e-6f);
     Medium seen = first + between * second;
-    seen.xyz *= sigma / max(seen.w, FLT_MIN);
+    seen.xyz *= sigma / seen.w;
     seen.w = sigma;
     gather(g, length, seen);
 #endif
