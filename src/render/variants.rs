@@ -51,9 +51,10 @@ pub const FAMILIES: [Family; 3] = [
             ("JITTER", SWITCH),
             ("LINEAR_COMPOSITING", SWITCH),
             ("TRANSMITTANCE_ONLY", SWITCH),
+            ("LANES", SWITCH),
         ],
-        needs: &[("JITTER", "STEP"), ("LINEAR_COMPOSITING", "STEP")],
-        excludes: &[("LINEAR_COMPOSITING", "TRANSMITTANCE_ONLY")],
+        needs: &[("JITTER", "STEP"), ("LINEAR_COMPOSITING", "STEP"), ("LANES", "STEP")],
+        excludes: &[("LINEAR_COMPOSITING", "TRANSMITTANCE_ONLY"), ("LANES", "TF_2D")],
     },
 ];
 
@@ -139,8 +140,8 @@ mod tests {
 
     #[test]
     fn the_table_has_the_variants_it_should() {
-        // 5 voxel types × 2³; × (cell 2 + step 2·(linear 1 + exponential 2)) × (1-D or 2-D).
-        assert_eq!(FAMILIES.each_ref().map(|family| family.variants().len()), [40, 40, 640]);
+        // 5 voxel types × 2³; × (cell 2 + step 2·(linear 1 + exponential 2)·lanes) × (1-D or 2-D without lanes).
+        assert_eq!(FAMILIES.each_ref().map(|family| family.variants().len()), [40, 40, 40 * (14 + 8)]);
     }
 
     #[test]
