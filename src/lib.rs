@@ -10,6 +10,7 @@ pub mod error;
 pub mod film;
 pub mod metrics;
 pub mod picture;
+pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod transfer;

@@ -11,7 +11,7 @@
 #include "volume/bricks.cl"
 
 struct Maximum {
-    float value; // stored value
+    float value; // stored value, negated when the file's slope is negative
     float t;
 };
 
@@ -58,6 +58,8 @@ __kernel void render_mip(__constant struct Frame *frame, __constant struct Camer
     }
     uint4 keys = philox4x32((uint4)((uint)pixel, 0u, 0u, 0u), (uint2)(frame->seed_low, frame->seed_high));
     struct FilmPixel accumulated = film[pixel];
+    // The file's slope may be negative: then the largest value is the smallest stored one, and everything is negated.
+    bool turned = volume->value_scale < 0.0f;
     for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
         struct Ray ray = camera_ray(camera, (uint)pixel, sample, keys);
         struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
@@ -77,6 +79,10 @@ __kernel void render_mip(__constant struct Frame *frame, __constant struct Camer
             }
             float exit = cursor_exit(&cursor, &grid);
             struct Corners corners = fetch_cell(volume, voxels, cursor.cell);
+            if (turned) {
+                corners.low = -corners.low;
+                corners.high = -corners.high;
+            }
             float upper = corners_largest(corners);
             lookups += 1;
             if (upper > maximum.value) {
@@ -88,7 +94,7 @@ __kernel void render_mip(__constant struct Frame *frame, __constant struct Camer
             }
             cursor_next(&cursor, &grid);
         }
-        float value = clamp(window_value(volume, maximum.value), 0.0f, 1.0f);
+        float value = clamp(window_value(volume, turned ? -maximum.value : maximum.value), 0.0f, 1.0f);
         float3 color = (float3)(value);
         if (method->table_size > 0) {
             float x = value * (float)(method->table_size - 1);

@@ -181,6 +181,18 @@ impl DeviceInfo {
         }
     }
 
+    /// Samples that one launch may add to a pixel.
+    ///
+    /// llvmpipe leaves all loops of a work-item after 65535 iterations in total, without a word
+    /// (`LP_MAX_TGSI_LOOP_ITERATIONS` in Mesa's gallivm): a launch of many samples would lose their ends.
+    pub fn samples_per_launch(&self) -> u32 {
+        if self.is_llvmpipe() { 1 } else { u32::MAX }
+    }
+
+    fn is_llvmpipe(&self) -> bool {
+        self.name.to_lowercase().contains("llvmpipe")
+    }
+
     fn matches(&self, selector: &str) -> bool {
         let wanted = selector.trim().to_lowercase();
         let kind = match self.kind {
@@ -200,7 +212,7 @@ impl DeviceInfo {
     /// Sort key of the default selection: kind first, then native compilers before software rasterisers
     /// (llvmpipe runs kernels several times slower than PoCL on the same CPU), then width and clock.
     fn rank(&self) -> (std::cmp::Reverse<DeviceKind>, bool, u64, std::cmp::Reverse<String>) {
-        let software = self.name.to_lowercase().contains("llvmpipe");
+        let software = self.is_llvmpipe();
         let kind = if software { DeviceKind::Cpu } else { self.kind };
         let throughput = u64::from(self.compute_units) * u64::from(self.clock_mhz.max(1));
         (std::cmp::Reverse(kind), !software, throughput, std::cmp::Reverse(self.selector.clone()))

@@ -6,7 +6,8 @@ use crate::{Error, Result};
 /// Name, size and field offsets of a shared struct, in bytes.
 #[derive(Clone, Debug)]
 pub struct StructLayout {
-    /// The struct's name, the same in Rust and in OpenCL C.
+    /// The struct's name in Rust; in OpenCL C it is the same without the prefix `Device`, which sets mirrors apart
+    /// from types of the scene.
     pub name: &'static str,
     /// The file below `cl/` that declares it.
     pub file: &'static str,
@@ -48,9 +49,15 @@ pub fn probe(device: &Device, layouts: &[StructLayout]) -> Result<()> {
     let mut source = String::new();
     let mut body = String::new();
     let mut expected = Vec::new();
+    let mut files = Vec::new();
     for layout in layouts {
-        source.push_str(&super::source::resolve(layout.file)?);
-        body.push_str(&format!("{{ __private struct {} s; *out++ = sizeof(s);", layout.name));
+        // A file may declare several structs.
+        if !files.contains(&layout.file) {
+            source.push_str(&super::source::resolve(layout.file)?);
+            files.push(layout.file);
+        }
+        let device_name = layout.name.strip_prefix("Device").unwrap_or(layout.name);
+        body.push_str(&format!("{{ __private struct {device_name} s; *out++ = sizeof(s);"));
         expected.push((format!("sizeof({})", layout.name), layout.size));
         for (field, offset) in layout.fields {
             body.push_str(&format!(" *out++ = (uint)((__private char *)&s.{field} - (__private char *)&s);"));

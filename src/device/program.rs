@@ -82,6 +82,15 @@ impl Program {
         Ok(Self { program, build_time: start.elapsed(), cached: false })
     }
 
+    /// Builds `spec` with `kernels` appended, so that a test can call the functions of a file under `cl/`.
+    ///
+    /// # Errors
+    /// As [`Program::build`].
+    pub fn build_probe(device: &Device, spec: &ProgramSpec, kernels: &str) -> Result<Self> {
+        let source = source::resolve(spec.entry)? + "#line 1 \"probe\"\n" + kernels;
+        Self::build_source(device, &source, &spec.options())
+    }
+
     /// One of the program's kernels.
     ///
     /// # Errors

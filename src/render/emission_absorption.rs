@@ -72,7 +72,12 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         min_transmittance: settings.termination as f32,
         max_depth: -settings.termination.ln() as f32,
         radiance: settings.radiance as f32,
-        empty_value: table.empty_value() as f32,
+        // The kernel compares the largest stored value, which is the smallest where the file's slope is negative.
+        empty_value: if input.grid.window().one < input.grid.window().zero {
+            f32::NEG_INFINITY
+        } else {
+            table.empty_value() as f32
+        },
         pad_0: 0,
         pad_1: 0,
         pad_2: 0,

@@ -69,10 +69,12 @@ impl StoredWindow {
         (stored - self.zero) / (self.one - self.zero)
     }
 
-    /// What a voxel that is not finite counts as: NaN and -inf as the window's low end, +inf as its high end.
+    /// What a voxel that is not finite counts as: NaN as the window's low end, an infinity as the end on its side.
     fn clean(&self, voxel: f32) -> f32 {
         if voxel.is_finite() {
             voxel
+        } else if voxel.is_nan() {
+            self.zero as f32
         } else if voxel == f32::INFINITY {
             self.zero.max(self.one) as f32
         } else {

@@ -28,8 +28,10 @@ device_struct! {
 
 /// Makes the method ready.
 pub fn prepare(input: &MethodInput<'_>, color: &MipColor) -> MethodSetup {
-    // With a window that turns values around (negative slope of the file), stored values are compared as stored.
-    let upper: Vec<f32> = input.bricks.ranges.iter().map(|range| range[1]).collect();
+    // Where the file's slope is negative, the kernel works on negated stored values.
+    let turned = input.grid.window().one < input.grid.window().zero;
+    let upper = |&[low, high]: &[f32; 2]| if turned { -low } else { high };
+    let upper: Vec<f32> = input.bricks.ranges.iter().map(upper).collect();
     let (factor, colormap) = match color {
         MipColor::Scaled(color) => (*color, vec![[0.0_f32; 4]]),
         MipColor::Map(map) => {

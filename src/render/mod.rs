@@ -17,6 +17,7 @@ mod output;
 mod plan;
 mod progressive;
 mod session;
+pub mod variants;
 
 pub use camera::DeviceCamera;
 pub use load::{announced_memory, load_volume};

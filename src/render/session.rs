@@ -115,7 +115,8 @@ impl Session {
         let units = self.pacer.next(u64::from(self.tiles).min(64)).min(self.launch_limit.unwrap_or(u64::MAX));
         let tiles = u64::from(self.tiles);
         let (first_tile, tile_count, samples) = if self.progress.tiles == 0 && units >= tiles {
-            (0, self.tiles, u32::try_from(units / tiles).unwrap_or(u32::MAX).min(left))
+            let samples = u32::try_from(units / tiles).unwrap_or(u32::MAX);
+            (0, self.tiles, samples.min(left).min(self.device.info().samples_per_launch()))
         } else {
             let remaining = self.tiles - self.progress.tiles;
             (self.progress.tiles, u32::try_from(units).unwrap_or(u32::MAX).min(remaining), 1)

@@ -1,0 +1,26 @@
+//! Plain Rust twins of the kernels, in double precision, written for reading: the truth of the tests.
+//!
+//! Nothing here needs a device, skips anything or is tuned. Each file states the model it evaluates; where a kernel
+//! uses a shortcut, the twin takes the long way (dense brackets, adaptive quadrature), so that the two agree only
+//! when both are right. Lengths are in scene units.
+//!
+//! - [`field`]: the trilinear field, its window and its gradient; where a ray crosses its cells
+//! - [`camera`]: rays through pixels and lenses
+//! - [`cubic`]: the field along a ray inside a cell
+//! - [`quadrature`]: Gauss–Legendre rules
+//! - [`medium`], [`emission_absorption`]: the transfer function and the integral along a ray
+//! - [`mip`], [`isosurface`]: the largest value, the first surface and its shading
+//! - [`random`], [`sobol`]: random numbers, bit for bit
+//! - [`film`]: statistics of samples
+
+pub mod camera;
+pub mod cubic;
+pub mod emission_absorption;
+pub mod field;
+pub mod film;
+pub mod isosurface;
+pub mod medium;
+pub mod mip;
+pub mod quadrature;
+pub mod random;
+pub mod sobol;

@@ -1,0 +1,50 @@
+//! Philox4x32-10, the counter-based generator of the kernels (Salmon et al. 2011).
+
+/// Four random words of a counter and a key.
+pub fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
+    let [mut a, mut b, mut c, mut d] = counter;
+    let [mut k0, mut k1] = key;
+    for _ in 0..10 {
+        let first = u64::from(a) * 0xD251_1F53;
+        let second = u64::from(c) * 0xCD9E_8D57;
+        (a, b, c, d) =
+            ((second >> 32) as u32 ^ b ^ k0, second as u32, (first >> 32) as u32 ^ d ^ k1, first as u32);
+        k0 = k0.wrapping_add(0x9E37_79B9);
+        k1 = k1.wrapping_add(0xBB67_AE85);
+    }
+    [a, b, c, d]
+}
+
+/// The 24 high bits as a number in [0, 1).
+pub fn uniform(word: u32) -> f64 {
+    f64::from(word >> 8) / f64::from(1 << 24)
+}
+
+/// Known answers from Random123's `kat_vectors`: counter, key, output.
+pub const KNOWN_ANSWERS: [([u32; 4], [u32; 2], [u32; 4]); 3] = [
+    ([0; 4], [0; 2], [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]),
+    ([u32::MAX; 4], [u32::MAX; 2], [0x408f_276d, 0x41c8_3b0e, 0xa20b_c7c6, 0x6d54_51fd]),
+    (
+        [0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344],
+        [0xa409_3822, 0x299f_31d0],
+        [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1],
+    ),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_answers() {
+        for (counter, key, output) in KNOWN_ANSWERS {
+            assert_eq!(philox4x32(counter, key), output);
+        }
+    }
+
+    #[test]
+    fn uniform_numbers_never_reach_one() {
+        assert_eq!((uniform(0), uniform(255)), (0.0, 0.0));
+        assert_eq!(uniform(u32::MAX), 1.0 - 2f64.powi(-24));
+    }
+}
