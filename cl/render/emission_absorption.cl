@@ -86,7 +86,7 @@ INLINE float lattice_time(struct Lattice lattice, int i) {
     return lattice.start + (float)i * lattice.step + lattice.phase * lattice_width(lattice, i);
 }
 
-#ifdef LANES
+#if defined(LANES) && !defined(TF_2D)
 
 // One lane of eight: samples are composited one by one, so the picture does not depend on how they are grouped.
 #define GATHER_LANE(k) \
@@ -207,6 +207,11 @@ INLINE void gather_cell(struct Gathered *g, const struct CellCursor *cursor, con
     uchar brick, __constant struct Frame *frame, __constant struct Volume *volume,
     __constant struct EmissionAbsorption *method, __global const VOXEL *voxels, __global const Medium *table,
     struct TableIntegral integral) {
+    g->lookups += 1;
+    float largest = corners_largest(fetch_cell(volume, voxels, cursor->cell));
+    if (window_value(volume, largest) < method->empty_value) {
+        return;
+    }
     float half_length = 0.5f * (exit - cursor->t);
     for (int part = 0; part < 2; ++part) {
         float start = cursor->t + (float)part * half_length;

@@ -25,14 +25,32 @@ INLINE Medium table_row(__global const Medium *row, int index, float fraction) {
 }
 
 #ifdef TF_2D
+// The stored value at a point in grid coordinates, and its gradient per local unit.
+INLINE float value_and_gradient(__constant struct Volume *volume, __global const VOXEL *voxels, float4 point,
+    float4 *gradient) {
+#ifdef LANES
+    float8 x = point.x + (float8)(0.0f, 1.0f, -1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f);
+    float8 y = point.y + (float8)(0.0f, 0.0f, 0.0f, 1.0f, -1.0f, 0.0f, 0.0f, 0.0f);
+    float8 z = point.z + (float8)(0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, -1.0f, 0.0f);
+    float8 raw = sample_raw8(volume, voxels, x, y, z);
+    float4 difference = (float4)(raw.s1 - raw.s2, raw.s3 - raw.s4, raw.s5 - raw.s6, 0.0f);
+    *gradient = 0.5f * difference * volume->scale;
+    return raw.s0;
+#else
+    *gradient = (float4)(gradient_raw(volume, voxels, point), 0.0f);
+    return sample_raw(volume, voxels, point);
+#endif
+}
+
 // Value and gradient magnitude at a point in grid coordinates.
 INLINE Medium medium_at(__constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
     __global const Medium *table, float4 point) {
-    float value = window_value(volume, sample_raw(volume, voxels, point));
-    float3 gradient = gradient_raw(volume, voxels, point) * volume->value_scale;
+    float4 gradient;
+    float value = window_value(volume, value_and_gradient(volume, voxels, point, &gradient));
+    float magnitude = sqrt(dot(gradient, gradient)) * fabs(volume->value_scale);
     int i, j;
     float fx = table_position(value, frame->table_size, &i);
-    float fy = table_position(length(gradient) * frame->gradient_scale, frame->table_rows, &j);
+    float fy = table_position(magnitude * frame->gradient_scale, frame->table_rows, &j);
     __global const Medium *row = table + (size_t)j * frame->table_size;
     Medium low = table_row(row, i, fx);
     Medium high = table_row(row + frame->table_size, i, fx);

@@ -102,7 +102,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
             HostBuffer::new("transfer function kinks", &table.kinks()),
         ],
         random: jitter,
-        lanes: step.is_some() && gradient_max.is_none(),
+        lanes: step.is_some() || gradient_max.is_some(),
         has_depth: false,
         notes,
     })

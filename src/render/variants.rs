@@ -26,8 +26,8 @@ pub struct Family {
     /// The kernel.
     pub kernel: &'static str,
     own: &'static [Choice],
-    /// Definitions that need another one.
-    needs: &'static [(&'static str, &'static str)],
+    /// Definitions that need another one, any of those named.
+    needs: &'static [(&'static str, &'static [&'static str])],
     /// Pairs of definitions that exclude each other.
     excludes: &'static [(&'static str, &'static str)],
 }
@@ -53,8 +53,8 @@ pub const FAMILIES: [Family; 3] = [
             ("TRANSMITTANCE_ONLY", SWITCH),
             ("LANES", SWITCH),
         ],
-        needs: &[("JITTER", "STEP"), ("LINEAR_COMPOSITING", "STEP"), ("LANES", "STEP")],
-        excludes: &[("LINEAR_COMPOSITING", "TRANSMITTANCE_ONLY"), ("LANES", "TF_2D")],
+        needs: &[("JITTER", &["STEP"]), ("LINEAR_COMPOSITING", &["STEP"]), ("LANES", &["STEP", "TF_2D"])],
+        excludes: &[("LINEAR_COMPOSITING", "TRANSMITTANCE_ONLY")],
     },
 ];
 
@@ -101,7 +101,7 @@ impl Family {
 
     fn allows(&self, spec: &ProgramSpec) -> bool {
         let has = |name: &str| spec.defines.iter().any(|(defined, _)| *defined == name);
-        self.needs.iter().all(|(name, other)| !has(name) || has(other))
+        self.needs.iter().all(|(name, others)| !has(name) || others.iter().any(|other| has(other)))
             && self.excludes.iter().all(|(a, b)| !(has(a) && has(b)))
     }
 
