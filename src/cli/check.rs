@@ -70,7 +70,7 @@ fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume, catalog: &Catalog) 
     line("method", method_name(&scene.method).into());
     line("stop", stop_text(plan));
     line("program", format!("cl/{} {}", plan.spec.entry, plan.spec.options()));
-    for note in &plan.notes {
+    for note in plan.notes.iter().chain(&plan.method.details) {
         line("note", note.clone());
     }
     let memory = plan.memory();

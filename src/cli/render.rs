@@ -9,7 +9,7 @@ use crate::config::formats::{parse_duration, parse_percentage};
 use crate::device::{Catalog, Device};
 use crate::picture::{Curve, Encoding, Tonemap, check_writable, write_exr, write_png};
 use crate::render::{
-    BRICK_SHIFT, Observer, Plan, Session, Snapshot, Status, announced_memory, load_volume,
+    BRICK_SHIFT, Ended, Observer, Plan, Session, Snapshot, Status, announced_memory, load_volume,
     run as run_progressive,
 };
 use crate::scene::{FilmSettings, Scene, Stop, Tonemap as SceneTonemap};
@@ -72,12 +72,12 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
         check_writable(path)?;
         check_inputs_survive(path, &arguments.scene, &scene)?;
     }
+    let interrupt = watch_interrupt()?;
     let catalog = Catalog::enumerate();
     let info = catalog.select(selector(arguments).as_deref())?;
     announced_memory(&scene).check(info)?;
     let volume = load_volume(&scene.volume)?;
     let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
-    let interrupt = watch_interrupt()?;
     if !arguments.quiet {
         plan.notes.iter().for_each(|note| say(&format!("note: {note}")));
     }
@@ -96,6 +96,11 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     let ended = run_progressive(&mut session, &plan, &stop, &mut watcher);
     watcher.view.finish();
     let ended = ended?;
+    if ended == Ended::Interrupted && session.progress().samples == 0 {
+        // A picture with holes must not replace an older one.
+        say("interrupted before the first sample of every pixel was done; nothing was written");
+        return Err(Error::Interrupted);
+    }
     let snapshot = watcher.write(&session)?;
     let summary = Summary {
         scene: &arguments.scene,

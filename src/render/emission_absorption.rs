@@ -86,7 +86,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let bricks = input.bricks.ranges.len();
     let occupied = classes[..bricks].iter().filter(|&&class| class >= BRICK_STRAIGHT).count();
     let (high, low) = table.device_integral(sigma_only);
-    let notes = vec![format!(
+    let details = vec![format!(
         "{occupied} of {bricks} bricks can hold extinction; the largest is {:.6} per scene unit",
         table.max_sigma() / input.local.unit
     )];
@@ -104,6 +104,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         random: jitter,
         lanes: step.is_some() || gradient_max.is_some(),
         has_depth: false,
-        notes,
+        notes: Vec::new(),
+        details,
     })
 }

@@ -67,7 +67,7 @@ pub fn prepare(
     }
     frame.light_count = lights.len() as u32;
     let crossed = input.bricks.ranges.iter().filter(|[low, high]| *low < iso && iso <= *high).count();
-    notes.push(format!("{crossed} of {} bricks contain the surface", input.bricks.ranges.len()));
+    let details = vec![format!("{crossed} of {} bricks contain the surface", input.bricks.ranges.len())];
     if crossed == 0 {
         notes.push(format!(
             "the value {value:.6} (window units) is reached nowhere: the picture is the background"
@@ -96,6 +96,7 @@ pub fn prepare(
         lanes: false,
         has_depth: true,
         notes,
+        details,
     }
 }
 

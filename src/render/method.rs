@@ -71,8 +71,10 @@ pub struct MethodSetup {
     pub lanes: bool,
     /// Whether the method measures a depth.
     pub has_depth: bool,
-    /// Remarks for `check`, one sentence each.
+    /// What the user should know, one sentence each.
     pub notes: Vec<String>,
+    /// How the method goes about it, one sentence each: for `check` alone.
+    pub details: Vec<String>,
 }
 
 /// What a method is made ready from.

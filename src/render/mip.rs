@@ -58,5 +58,6 @@ pub fn prepare(input: &MethodInput<'_>, color: &MipColor) -> MethodSetup {
         lanes: false,
         has_depth: true,
         notes: Vec::new(),
+        details: Vec::new(),
     }
 }
