@@ -6,11 +6,11 @@ struct Frame {
     uint environment_width; // texels
     uint environment_height;
     float environment_turn; // rotation about +y, in turns
-    float length_unit;      // scene units per local unit
     uint light_count;
     uint table_size;        // entries of the transfer function's table
     uint table_rows;        // rows of a 2-D table (gradient magnitude), 1 otherwise
     float gradient_scale;   // s = |gradient of v per local unit| * gradient_scale
     uint pad_0;
     uint pad_1;
+    uint pad_2;
 };

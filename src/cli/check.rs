@@ -1,11 +1,12 @@
 //! `svetlo check`.
 
-use super::print_line;
+use super::{load_scene, print_line};
 use crate::Result;
-use crate::device::Catalog;
 use crate::device::memory::readable_bytes;
-use crate::render::{BRICK_SHIFT, Plan, load_volume, method_name};
-use crate::scene::{Filter, Scene};
+use crate::device::{Catalog, MemoryPlan};
+use crate::render::{BRICK_SHIFT, Plan, announced_memory, load_volume, method_name};
+use crate::scene::{Background, Camera, CameraKind, Filter};
+use glam::DVec3;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -22,15 +23,24 @@ pub struct CheckArgs {
 /// Validates the scene and its data, and prints the plan.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with every problem of the scene, or the first of its data.
+/// [`crate::Error::Input`] with every problem of the scene, or the first of its data; [`crate::Error::Failed`] when
+/// no device here can hold it.
 pub fn run(arguments: &CheckArgs) -> Result<()> {
-    let scene = Scene::load(&arguments.scene, &arguments.set)?;
+    let scene = load_scene(&arguments.scene, &arguments.set)?;
+    let catalog = Catalog::enumerate();
+    refuse_what_fits_nowhere(&announced_memory(&scene), &catalog)?;
     let volume = load_volume(&scene.volume)?;
     let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
-    print_line(&describe(&plan, &volume))
+    print_line(&describe(&plan, &volume, &catalog))
 }
 
-fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume) -> String {
+/// A field that no device can hold is not worth sampling; without a device, the plan is all there is to say.
+fn refuse_what_fits_nowhere(memory: &MemoryPlan, catalog: &Catalog) -> Result<()> {
+    let verdicts: Vec<Result<()>> = catalog.devices.iter().map(|device| memory.check(device)).collect();
+    if verdicts.iter().any(Result::is_ok) { Ok(()) } else { verdicts.into_iter().next().unwrap_or(Ok(())) }
+}
+
+fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume, catalog: &Catalog) -> String {
     let mut text = String::new();
     let scene = plan.scene;
     let [x, y, z] = volume.dims;
@@ -44,16 +54,19 @@ fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume) -> String {
         "image",
         format!("{}×{}, {}", scene.image.width, scene.image.height, filter_text(scene.image.filter)),
     );
+    line("camera", camera_text(&scene.camera));
     line(
         "volume",
         format!(
-            "{x}×{y}×{z} {}, spacing {spacing}, box {} to {}",
+            "{x}×{y}×{z} {}, spacing {}, box {} to {}",
             volume.voxel_type().name(),
-            plan.local.origin,
-            plan.local.origin + size
+            point(spacing),
+            point(plan.local.origin),
+            point(plan.local.origin + size)
         ),
     );
-    line("window", format!("{} to {}", plan.window.0, plan.window.1));
+    line("window", format!("{} to {}", plan.window.0 as f32, plan.window.1 as f32));
+    line("background", background_text(&scene.background));
     line("method", method_name(&scene.method).into());
     line("stop", stop_text(plan));
     line("program", format!("cl/{} {}", plan.spec.entry, plan.spec.options()));
@@ -67,18 +80,46 @@ fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume) -> String {
     }
     let tiles = u64::from(scene.image.width.div_ceil(8)) * u64::from(scene.image.height.div_ceil(8));
     line("launches", format!("{tiles} tiles of 8×8 pixels a sample; launches grow to about 100 ms"));
-    let catalog = Catalog::enumerate();
     for device in &catalog.devices {
         let verdict = match memory.check(device) {
-            Ok(()) => "fits".into(),
+            Ok(()) => format!("{}: fits", device.name),
             Err(error) => error.to_string(),
         };
-        line("device", format!("{} {}: {verdict}", device.selector, device.name));
+        line("device", format!("{} {verdict}", device.selector));
     }
     if catalog.devices.is_empty() {
         line("device", "none found; install an OpenCL runtime to render".into());
     }
     text.trim_end().into()
+}
+
+fn point(p: DVec3) -> String {
+    // Coordinates in float32 are plenty here, and 0.3 stays 0.3.
+    format!("({}, {}, {})", p.x as f32, p.y as f32, p.z as f32)
+}
+
+fn camera_text(camera: &Camera) -> String {
+    let kind = match camera.kind {
+        CameraKind::Perspective { fov, aperture, focus } => {
+            let lens = if aperture > 0.0 {
+                format!(", lens radius {} focused at {}", aperture as f32, focus as f32)
+            } else {
+                String::new()
+            };
+            format!("perspective, {}° high{lens}", fov.to_degrees() as f32)
+        }
+        CameraKind::Orthographic { height } => format!("orthographic, {} high", height as f32),
+    };
+    format!("{kind}, from {} to {}", point(camera.position), point(camera.target))
+}
+
+fn background_text(background: &Background) -> String {
+    match background {
+        Background::Constant([r, g, b]) => {
+            format!("radiance ({}, {}, {})", *r as f32, *g as f32, *b as f32)
+        }
+        Background::Environment { path, intensity, .. } => format!("{} × {intensity}", path.display()),
+    }
 }
 
 fn filter_text(filter: Filter) -> &'static str {

@@ -2,18 +2,23 @@
 
 mod check;
 mod devices;
+mod output;
 mod progress;
 mod render;
+mod stderr;
+mod summary;
 
 use crate::metrics::command::CompareArgs;
+use crate::scene::Scene;
 use crate::{Error, Result};
 use clap::{Parser, Subcommand};
 use std::io::Write;
+use std::path::Path;
 
 /// Render volumes on any OpenCL device: a TOML scene in, a progressive EXR image out.
 ///
-/// Exit codes: 0 fine; 1 it failed while running; 2 the input is wrong; 3 a comparison is out of tolerance;
-/// 130 interrupted, after the last image was written whole.
+/// Exit codes: 0 fine; 1 it failed while running; 2 the input is wrong (arguments, scene, data); 3 a comparison is
+/// out of tolerance; 130 interrupted, after the last image was written whole.
 #[derive(Parser)]
 #[command(name = "svetlo", version, arg_required_else_help = true)]
 struct Arguments {
@@ -49,7 +54,7 @@ pub fn main() -> u8 {
         Err(error) => {
             // The interrupt was reported where it was handled.
             if !matches!(error, Error::Interrupted) {
-                eprintln!("{}", message(&error));
+                stderr::say(&message(&error));
             }
             error.exit_code()
         }
@@ -70,6 +75,30 @@ fn run(command: Command) -> Result<()> {
         Command::Compare(arguments) => crate::metrics::command::run(&arguments),
         Command::Schema => print_line(&pretty(&crate::config::schema())),
     }
+}
+
+/// The scene of a command line.
+fn load_scene(path: &Path, sets: &[String]) -> Result<Scene> {
+    if path.as_os_str() == "-" {
+        return Err(Error::Input(
+            "a scene is read from a file, not from standard input: its paths are relative to that file \
+             (a file that is named - is ./-)"
+                .into(),
+        ));
+    }
+    Scene::load(path, sets)
+}
+
+/// Makes a write beyond `ulimit -f` an error like any other: by default its signal ends the program at once,
+/// with the temporary file left behind.
+fn outlive_file_size_limit() -> Result<()> {
+    #[cfg(unix)]
+    {
+        let seen = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, seen)
+            .map_err(|error| Error::Failed(format!("cannot watch for the file size limit: {error}")))?;
+    }
+    Ok(())
 }
 
 /// JSON for people to read.

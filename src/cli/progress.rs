@@ -1,5 +1,6 @@
 //! How a render is shown while it runs: a bar on a terminal, plain lines otherwise, all on stderr.
 
+use super::stderr::say;
 use crate::render::Status;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -46,7 +47,7 @@ impl ProgressView {
             }
             Self::Lines { next } => {
                 if Instant::now() >= *next {
-                    eprintln!("{}", text(status, fraction));
+                    say(&text(status, fraction));
                     *next = Instant::now() + LINE_INTERVAL;
                 }
             }

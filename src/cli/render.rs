@@ -1,17 +1,19 @@
 //! `svetlo render`.
 
+use super::output::{check_inputs_survive, output_path};
 use super::progress::ProgressView;
-use super::{pretty, print_line};
+use super::stderr::say;
+use super::summary::Summary;
+use super::{load_scene, outlive_file_size_limit};
 use crate::config::formats::{parse_duration, parse_percentage};
 use crate::device::{Catalog, Device};
 use crate::picture::{Curve, Encoding, Tonemap, check_writable, write_exr, write_png};
 use crate::render::{
-    BRICK_SHIFT, Ended, Observer, Plan, Session, Snapshot, Status, load_volume, method_name,
+    BRICK_SHIFT, Observer, Plan, Session, Snapshot, Status, announced_memory, load_volume,
     run as run_progressive,
 };
 use crate::scene::{FilmSettings, Scene, Stop, Tonemap as SceneTonemap};
 use crate::{Error, Result};
-use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,11 +30,12 @@ pub struct RenderArgs {
     /// Override a value of the scene, such as `image.width=256` (repeatable).
     #[arg(long, value_name = "KEY.PATH=VALUE")]
     set: Vec<String>,
-    /// The device: a selector of `svetlo devices`, a kind (cpu, gpu) or part of a name.
-    #[arg(long, env = "SVETLO_DEVICE", value_name = "SELECTOR")]
+    /// The device: a selector of `svetlo devices`, a kind (cpu, gpu) or part of a name [env: SVETLO_DEVICE].
+    #[arg(long, value_name = "SELECTOR")]
     device: Option<String>,
-    /// Stop after N samples per pixel. Stop rules given here replace those of the scene.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    /// Stop after N samples per pixel; given here, --samples, --time and --error replace all stop rules of the scene.
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     samples: Option<u64>,
     /// Stop after this time, such as 500ms, 30s, 2m.
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
@@ -41,43 +44,50 @@ pub struct RenderArgs {
     #[arg(long, value_name = "ERROR", value_parser = parse_percentage)]
     error: Option<f64>,
     /// Seed of the random numbers; overrides the scene's.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// Show no progress.
+    /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
-    /// Print a JSON summary to stdout at the end.
+    /// Print a JSON summary to stdout at the end, and nothing else there.
     #[arg(long)]
     json: bool,
 }
 
 /// Renders the scene.
 ///
+/// Whatever can be wrong is found in the order of its cost: scene, output, device, memory, data.
+///
 /// # Errors
 /// With the documented exit codes; see [`Error`].
 pub fn run(arguments: &RenderArgs) -> Result<()> {
     let start = Instant::now();
-    let scene = load_scene(arguments)?;
-    let output = output_path(arguments)?;
+    outlive_file_size_limit()?;
+    let mut sets = arguments.set.clone();
+    sets.extend(arguments.seed.map(|seed| format!("seed={seed}")));
+    let scene = load_scene(&arguments.scene, &sets)?;
+    let output = output_path(&arguments.scene, arguments.output.as_deref())?;
     let preview = output.with_extension("png");
-    check_writable(&output)?;
-    check_writable(&preview)?;
-    let volume = load_volume(&scene.volume)?;
-    let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
-    if !arguments.quiet {
-        plan.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    for path in [&output, &preview] {
+        check_writable(path)?;
+        check_inputs_survive(path, &arguments.scene, &scene)?;
     }
     let catalog = Catalog::enumerate();
-    let info = catalog.select(arguments.device.as_deref())?;
+    let info = catalog.select(selector(arguments).as_deref())?;
+    announced_memory(&scene).check(info)?;
+    let volume = load_volume(&scene.volume)?;
+    let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
     let interrupt = watch_interrupt()?;
+    if !arguments.quiet {
+        plan.notes.iter().for_each(|note| say(&format!("note: {note}")));
+    }
     let mut session = Session::new(Device::open(info)?, &plan)?;
     let stop = stop_rules(arguments, &scene);
-    let tonemap = tonemap(&scene.film);
     let mut watcher = Watcher {
         plan: &plan,
         output: &output,
         preview: &preview,
-        tonemap,
+        tonemap: tonemap(&scene.film),
         start,
         interrupt,
         stop: &stop,
@@ -87,28 +97,24 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     watcher.view.finish();
     let ended = ended?;
     let snapshot = watcher.write(&session)?;
-    report(arguments, &session, &plan, &snapshot, ended, &output, &preview, start.elapsed())
-}
-
-fn load_scene(arguments: &RenderArgs) -> Result<Scene> {
-    let mut sets = arguments.set.clone();
-    sets.extend(arguments.seed.map(|seed| format!("seed={seed}")));
-    Scene::load(&arguments.scene, &sets)
-}
-
-/// `-o`, or the scene's name with `.exr` in the current folder.
-fn output_path(arguments: &RenderArgs) -> Result<PathBuf> {
-    let Some(path) = &arguments.output else {
-        let stem = arguments.scene.file_stem().unwrap_or_default();
-        return Ok(Path::new(stem).with_extension("exr"));
+    let summary = Summary {
+        scene: &arguments.scene,
+        output: &output,
+        preview: &preview,
+        plan: &plan,
+        session: &session,
+        snapshot: &snapshot,
+        ended,
+        wall: start.elapsed(),
     };
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
-        return Ok(path.clone());
-    }
-    Err(Error::Input(format!(
-        "{}: the image is written as EXR, so its name must end in .exr (a .png preview appears beside it)",
-        path.display()
-    )))
+    summary.print(arguments.json, arguments.quiet)?;
+    summary.outcome()
+}
+
+/// `--device`, else `SVETLO_DEVICE` unless it is empty, as an unset variable of a script is.
+fn selector(arguments: &RenderArgs) -> Option<String> {
+    let variable = || std::env::var("SVETLO_DEVICE").ok().filter(|text| !text.trim().is_empty());
+    arguments.device.clone().or_else(variable)
 }
 
 fn stop_rules(arguments: &RenderArgs, scene: &Scene) -> Stop {
@@ -185,74 +191,4 @@ impl Observer for Watcher<'_> {
     fn interrupted(&self) -> bool {
         self.interrupt.load(Ordering::Relaxed)
     }
-}
-
-#[allow(clippy::too_many_arguments)]
-fn report(
-    arguments: &RenderArgs,
-    session: &Session,
-    plan: &Plan<'_>,
-    snapshot: &Snapshot,
-    ended: Ended,
-    output: &Path,
-    preview: &Path,
-    wall: Duration,
-) -> Result<()> {
-    let progress = session.progress();
-    let summary = &snapshot.summary;
-    if arguments.json {
-        let device = session.device().info();
-        print_line(&pretty(&json!({
-            "scene": arguments.scene,
-            "scene_hash": plan.scene.hash,
-            "method": method_name(&plan.scene.method),
-            "output": output,
-            "preview": preview,
-            "ended": format!("{ended:?}").to_lowercase(),
-            "samples": progress.samples,
-            "seed": plan.scene.seed,
-            "seconds": {
-                "wall": wall.as_secs_f64(),
-                "device": progress.device_time.as_secs_f64(),
-                "build": session.build_time.as_secs_f64(),
-            },
-            "build_cached": session.build_cached,
-            "launches": progress.launches,
-            "lookups": summary.lookups,
-            "lookups_per_ray": summary.lookups as f64 / summary.samples.max(1) as f64,
-            "mean": summary.mean,
-            "estimated_error": summary.relative_error(),
-            "rejected_samples": summary.rejected,
-            "device": { "selector": device.selector, "name": device.name, "platform": device.platform, "driver": device.driver },
-            "notes": plan.notes,
-        })))?;
-    } else if !arguments.quiet {
-        let error = summary
-            .relative_error()
-            .map_or(String::new(), |error| format!(", estimated error {:.3} %", error * 100.0));
-        eprintln!(
-            "{} samples in {:.2} s ({:.2} s on {}){error}",
-            progress.samples,
-            wall.as_secs_f64(),
-            progress.device_time.as_secs_f64(),
-            session.device().info().name
-        );
-        print_line(&format!("wrote {} and its preview {}", output.display(), preview.display()))?;
-    }
-    if summary.rejected > 0 {
-        return Err(Error::Failed(format!(
-            "{} samples were not finite and were left out: the image is not to be trusted (it was written to {})",
-            summary.rejected,
-            output.display()
-        )));
-    }
-    if ended == Ended::Interrupted {
-        eprintln!(
-            "interrupted after {} samples; the image so far is in {}",
-            progress.samples,
-            output.display()
-        );
-        return Err(Error::Interrupted);
-    }
-    Ok(())
 }

@@ -97,7 +97,14 @@ impl Catalog {
                     self.devices.push(DeviceInfo::query(index, device, platform, id));
                 }
             }
-            Err(_) => self.remarks.push(format!("platform {index} ({name}) offers no device")),
+            Err(_) => {
+                let hint = if name == "Portable Computing Language" {
+                    "; PoCL needs a cache folder it can write to: set POCL_CACHE_DIR"
+                } else {
+                    ""
+                };
+                self.remarks.push(format!("platform {index} ({name}) offers no device{hint}"));
+            }
         }
     }
 

@@ -259,6 +259,9 @@ fn describe(error: exr::error::Error) -> String {
             format!("an EXR file of an unsupported kind ({what}); save it as flat scan lines")
         }
         exr::error::Error::Io(cause) => format!("cannot be read ({cause}); check the disk"),
+        exr::error::Error::Invalid(what) if what == "file identifier missing" => {
+            "not an EXR file; save it as EXR".into()
+        }
         other => format!("a damaged EXR file ({other}); write it again"),
     }
 }

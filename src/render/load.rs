@@ -1,6 +1,11 @@
 //! From a scene's description of its volume to the volume itself.
 
-use crate::scene::{self, Endian as SceneEndian, FieldKind, SheppLoganRotation, VolumeSource, VoxelKind};
+use super::host_memory;
+use crate::device::MemoryPlan;
+use crate::film::FilmPixel;
+use crate::scene::{
+    self, Endian as SceneEndian, FieldKind, Scene, SheppLoganRotation, VolumeSource, VoxelKind,
+};
 use crate::volume::field::{
     AnyField, Axis, Cloud, Constant, Hydrogen, MarschnerLobb, Ramp, Rotation, SheppLogan, Sphere, sample,
 };
@@ -8,10 +13,26 @@ use crate::volume::{Endian, RawOptions, StoredType, Volume, read};
 use crate::{Error, Result};
 use glam::DVec3;
 
+/// What a render of `scene` allocates on a device at least, as far as that is known before the volume is loaded.
+pub fn announced_memory(scene: &Scene) -> MemoryPlan {
+    let mut plan = MemoryPlan::default();
+    if let VolumeSource::Field { dims, .. } = &scene.volume.source {
+        plan.add("voxels", voxel_count(*dims), size_of::<f32>());
+    }
+    let image = &scene.image;
+    plan.add("film", u64::from(image.width) * u64::from(image.height), size_of::<FilmPixel>());
+    plan
+}
+
+fn voxel_count(dims: [usize; 3]) -> u64 {
+    dims.iter().fold(1, |product, &n| product.saturating_mul(n as u64))
+}
+
 /// Reads the file, or samples the field at voxel centres.
 ///
 /// # Errors
-/// [`Error::Input`] when the file is wrong or the field's parameters are.
+/// [`Error::Input`] when the file is wrong or the field's parameters are, [`Error::Failed`] when this machine
+/// cannot hold the field.
 pub fn load_volume(settings: &scene::Volume) -> Result<Volume> {
     match &settings.source {
         VolumeSource::File { path, dims, voxel_type, endian, offset } => {
@@ -26,6 +47,7 @@ pub fn load_volume(settings: &scene::Volume) -> Result<Volume> {
         }
         VolumeSource::Field { kind, dims } => {
             let extent = DVec3::from_array(dims.map(|n| n as f64)) * settings.spacing.unwrap_or(DVec3::ONE);
+            host_memory::check("the procedural field", voxel_count(*dims).saturating_mul(4))?;
             let field = field(kind, extent / extent.max_element())?;
             sample(&field, *dims).map_err(|error| Error::Input(format!("[volume] field: {error}")))
         }

@@ -23,8 +23,6 @@ device_struct! {
         pub environment_height: u32,
         /// Rotation of the environment map about +y, in turns.
         pub environment_turn: f32,
-        /// Scene units per local unit.
-        pub length_unit: f32,
         /// Number of lights.
         pub light_count: u32,
         /// Entries of the transfer function's table.
@@ -37,6 +35,8 @@ device_struct! {
         pub pad_0: u32,
         /// Padding.
         pub pad_1: u32,
+        /// Padding.
+        pub pad_2: u32,
     }
 }
 

@@ -6,6 +6,7 @@
 mod camera;
 pub mod emission_absorption;
 pub mod grid;
+mod host_memory;
 pub mod isosurface;
 mod load;
 pub mod local;
@@ -19,7 +20,7 @@ mod session;
 pub mod variants;
 
 pub use camera::DeviceCamera;
-pub use load::load_volume;
+pub use load::{announced_memory, load_volume};
 pub use output::{Snapshot, method_name};
 pub use plan::{BRICK_SHIFT, Plan};
 pub use progressive::{Ended, Observer, Status, run};

@@ -62,7 +62,6 @@ impl<'a> Plan<'a> {
         let mut frame = DeviceFrame {
             seed_low: scene.seed as u32,
             seed_high: (scene.seed >> 32) as u32,
-            length_unit: local.unit as f32,
             table_rows: 1,
             ..DeviceFrame::zeroed()
         };
@@ -153,7 +152,7 @@ fn resolve_window(scene: &Scene, volume: &Volume, notes: &mut Vec<String>) -> Re
             }
         },
     };
-    notes.push(format!("window {} to {} (default)", window.0, window.1));
+    notes.push(format!("window {} to {} (default)", window.0 as f32, window.1 as f32));
     Ok(window)
 }
 

@@ -1,0 +1,129 @@
+//! What `svetlo render` says at the end: one JSON document, or two lines for people.
+
+use super::stderr::say;
+use super::{pretty, print_line};
+use crate::render::{Ended, Plan, Session, Snapshot, method_name};
+use crate::{Error, Result};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::Duration;
+
+/// A render that has ended and whose images are written.
+pub struct Summary<'a> {
+    /// The scene file.
+    pub scene: &'a Path,
+    /// The EXR image.
+    pub output: &'a Path,
+    /// The PNG preview.
+    pub preview: &'a Path,
+    /// What was rendered.
+    pub plan: &'a Plan<'a>,
+    /// Where.
+    pub session: &'a Session,
+    /// What was written.
+    pub snapshot: &'a Snapshot,
+    /// Why it ended.
+    pub ended: Ended,
+    /// Time since the command began.
+    pub wall: Duration,
+}
+
+impl Summary<'_> {
+    /// Prints the summary as JSON or, unless `quiet`, for people.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when stdout takes nothing.
+    pub fn print(&self, as_json: bool, quiet: bool) -> Result<()> {
+        if as_json {
+            return print_line(&pretty(&self.json()));
+        }
+        if quiet {
+            return Ok(());
+        }
+        say(&self.line());
+        print_line(&format!("wrote {} and its preview {}", self.output.display(), self.preview.display()))
+    }
+
+    /// What the end means for the exit code.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when samples were not finite, [`Error::Interrupted`] after an interrupt.
+    pub fn outcome(&self) -> Result<()> {
+        let rejected = self.snapshot.summary.rejected;
+        if rejected > 0 {
+            return Err(Error::Failed(format!(
+                "{rejected} samples were not finite and were left out: the image is not to be trusted \
+                 (it was written to {})",
+                self.output.display()
+            )));
+        }
+        if self.ended == Ended::Interrupted {
+            say(&format!(
+                "interrupted after {}; the image so far is in {}",
+                count(self.session.progress().samples),
+                self.output.display()
+            ));
+            return Err(Error::Interrupted);
+        }
+        Ok(())
+    }
+
+    fn line(&self) -> String {
+        let progress = self.session.progress();
+        let error = self.snapshot.summary.relative_error();
+        let error = error.map_or(String::new(), |error| format!(", estimated error {:.3} %", error * 100.0));
+        let why = match self.ended {
+            Ended::Deterministic => "; more would be the same: nothing in this scene is random",
+            Ended::Time => "; the time is up",
+            Ended::Error => "; the error is small enough",
+            Ended::Samples | Ended::Interrupted => "",
+        };
+        format!(
+            "{} in {:.2} s ({:.2} s on {}){error}{why}",
+            count(progress.samples),
+            self.wall.as_secs_f64(),
+            progress.device_time.as_secs_f64(),
+            self.session.device().info().name
+        )
+    }
+
+    fn json(&self) -> Value {
+        let progress = self.session.progress();
+        let summary = &self.snapshot.summary;
+        let device = self.session.device().info();
+        json!({
+            // JSON is Unicode; a path need not be.
+            "scene": self.scene.to_string_lossy(),
+            "scene_hash": self.plan.scene.hash,
+            "method": method_name(&self.plan.scene.method),
+            "output": self.output.to_string_lossy(),
+            "preview": self.preview.to_string_lossy(),
+            "ended": format!("{:?}", self.ended).to_lowercase(),
+            "samples": progress.samples,
+            "seed": self.plan.scene.seed,
+            "seconds": {
+                "wall": self.wall.as_secs_f64(),
+                "device": progress.device_time.as_secs_f64(),
+                "build": self.session.build_time.as_secs_f64(),
+            },
+            "build_cached": self.session.build_cached,
+            "launches": progress.launches,
+            "lookups": summary.lookups,
+            "lookups_per_ray": summary.lookups as f64 / summary.samples.max(1) as f64,
+            "mean": summary.mean,
+            "estimated_error": summary.relative_error(),
+            "rejected_samples": summary.rejected,
+            "device": {
+                "selector": device.selector,
+                "name": device.name,
+                "platform": device.platform,
+                "driver": device.driver,
+            },
+            "notes": self.plan.notes,
+        })
+    }
+}
+
+fn count(samples: u32) -> String {
+    if samples == 1 { "1 sample".into() } else { format!("{samples} samples") }
+}

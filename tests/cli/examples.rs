@@ -1,0 +1,103 @@
+//! The example scenes are valid, and the commands of the README work as written.
+
+use crate::support::{Folder, run};
+use std::path::{Path, PathBuf};
+
+fn scenes() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.filter(|path| path.extension().is_some_and(|extension| extension == "toml")).collect()
+}
+
+#[test]
+fn every_example_is_valid_and_opens_with_a_comment() {
+    let folder = Folder::new();
+    assert!(scenes().len() >= 9, "{:?}", scenes());
+    for scene in scenes() {
+        let ran = folder.succeed(&[Path::new("check"), &scene]);
+        assert!(ran.out.starts_with("scene      valid"), "{}", ran.out);
+        assert!(std::fs::read_to_string(&scene).unwrap().starts_with("# "), "{}", scene.display());
+    }
+}
+
+#[test]
+fn every_example_renders_something() {
+    let folder = Folder::new();
+    let small =
+        ["--set", "image.width=32", "--set", "image.height=32", "--samples", "1", "--quiet", "-o", "a.exr"];
+    for scene in scenes() {
+        let ran = run(folder.svetlo(&[Path::new("render"), &scene]).args(small));
+        assert_eq!(ran.code, Some(0), "{}: {}", scene.display(), ran.err);
+        let image = folder.image("a.exr");
+        let red = image.channel("R").unwrap().to_f32().into_owned();
+        let (least, most) = red.iter().fold((f32::MAX, f32::MIN), |(a, b), &v| (a.min(v), b.max(v)));
+        assert!(most > least + 0.05, "{} is a blank picture", scene.display());
+    }
+}
+
+/// The template explains every key of the scene language: those in force and those after a `#`.
+#[test]
+fn the_template_names_every_key() {
+    let text = include_str!("../../configs/own_data.toml");
+    let schema = svetlo::config::schema();
+    let mut keys = Vec::new();
+    collect_keys(&schema, &mut keys);
+    assert!(keys.len() > 50, "{keys:?}");
+    // Parameters of fields and shapes belong to their own examples.
+    let defs = schema["$defs"].as_object().unwrap();
+    let mut special = Vec::new();
+    for name in ["FieldConfig", "ShapeConfig"] {
+        collect_keys(&defs[name], &mut special);
+    }
+    special.extend(["table", "shapes", "gradient_max"].map(String::from));
+    for key in keys.iter().filter(|key| !special.contains(key)) {
+        let named = text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| word == key);
+        assert!(named, "`{key}` is not in the template");
+    }
+}
+
+fn collect_keys(node: &serde_json::Value, keys: &mut Vec<String>) {
+    match node {
+        serde_json::Value::Object(map) => {
+            if let Some(properties) = map.get("properties").and_then(|properties| properties.as_object()) {
+                keys.extend(properties.keys().cloned());
+            }
+            map.values().for_each(|value| collect_keys(value, keys));
+        }
+        serde_json::Value::Array(list) => list.iter().for_each(|value| collect_keys(value, keys)),
+        _ => {}
+    }
+}
+
+/// The `svetlo …` lines of the README's shell blocks, in order.
+fn readme_commands() -> Vec<String> {
+    let mut shell = false;
+    let mut commands = Vec::new();
+    for line in include_str!("../../README.md").lines() {
+        if line.starts_with("```") {
+            shell = line == "```sh";
+        } else if shell && line.starts_with("svetlo ") {
+            commands.push(line.split(" #").next().unwrap_or(line).trim().to_owned());
+        }
+    }
+    commands
+}
+
+#[test]
+fn the_commands_of_the_readme_work() {
+    let folder = Folder::new();
+    std::os::unix::fs::symlink(Path::new(env!("CARGO_MANIFEST_DIR")).join("configs"), folder.path("configs"))
+        .unwrap();
+    std::fs::create_dir(folder.path("docs")).unwrap();
+    let commands = readme_commands();
+    assert!(commands.len() > 8, "{commands:?}");
+    let binary = folder.svetlo(&[""; 0]).get_program().to_string_lossy().into_owned();
+    for command in commands {
+        let mut line = format!("svetlo() {{ '{binary}' \"$@\"; }}; {command}");
+        if command.starts_with("svetlo render") {
+            line.push_str(" --set image.width=16 --set image.height=16 --samples 1");
+        }
+        let ran = run(std::process::Command::new("sh").args(["-c", &line]).current_dir(folder.path("")));
+        assert_eq!(ran.code, Some(0), "{command}: {}", ran.err);
+    }
+}

@@ -1,0 +1,13 @@
+//! The contract of the command line: the real binary, its exit codes, what it prints where, and the files it leaves.
+//!
+//! The tests render a few pixels and need an OpenCL device.
+#![cfg(unix)]
+
+mod bad_input;
+mod bad_volumes;
+mod contract;
+mod examples;
+mod interrupt;
+mod output;
+mod support;
+mod surroundings;
