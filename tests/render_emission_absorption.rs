@@ -49,8 +49,8 @@ fn a_constant_medium_has_the_closed_form_at_any_step() {
             // Optical depth and transmittance are sums and products over at most 8 / 0.37 + 1 = 23 parts, each
             // rounded a few times: 23·8 roundings, and T τ ≤ 1/e.
             let bound = 23.0 * 8.0 * EPS * (l0 + background);
-            for c in 0..3 {
-                let exact = colour[c] * l0 * -f64::exp_m1(-tau) + transmittance * background;
+            for (c, colour) in colour.into_iter().enumerate() {
+                let exact = colour * l0 * -f64::exp_m1(-tau) + transmittance * background;
                 close(
                     &format!("tau {tau} channel {c} {quadrature}"),
                     film[0].mean()[c],
@@ -68,6 +68,26 @@ fn a_constant_medium_has_the_closed_form_at_any_step() {
         }
     }
     report("constant medium", worst, 1e-5);
+}
+
+#[test]
+fn a_constant_medium_has_the_closed_form_in_two_dimensions_too() {
+    for quadrature in QUADRATURES {
+        let text = format!(
+            "[image]\nwidth = 1\nheight = 1\nfilter = \"point\"\n[camera]\nposition = [4, 4, 20]\ntarget = [4, 4, 0]\n\
+             [volume]\nwindow = {{ lo = 0, hi = 1 }}\n[medium]\nsigma_max = 0.25\n\
+             [transfer]\nkind = \"2d\"\nshapes = [{{ shape = \"rectangle\", centre = [0.5, 0.5], size = [2, 2], \
+             color = [1, 0.5, 0] }}]\n[background]\ncolor = [0, 0, 1]\n\
+             [method]\nkind = \"emission-absorption\"\nradiance = 3\ntermination = 0\n{quadrature}\n"
+        );
+        let mean = Case::new(&text, volume_f32([8; 3], vec![0.3; 512])).film()[0].mean();
+        let transmittance = f64::exp(-2.0);
+        let exact =
+            [3.0 * (1.0 - transmittance), 1.5 * (1.0 - transmittance), transmittance, 1.0 - transmittance];
+        for (found, exact) in mean.into_iter().zip(exact) {
+            close(quadrature, found, exact, 23.0 * 8.0 * EPS * 3.0);
+        }
+    }
 }
 
 #[test]
@@ -271,7 +291,8 @@ const SHARP: &str = "[{ value = 0.0, opacity = 0.02, color = [0, 0, 1] }, { valu
     { value = 0.34, opacity = 0.9, color = [1, 0, 0] }, { value = 0.4, opacity = 0.9, color = [1, 0.5, 0] }, \
     { value = 0.42, opacity = 0.05, color = [0, 1, 1] }, { value = 1, opacity = 0.3, color = [1, 1, 1] }]";
 
-const VOLUMES: [(&str, fn([usize; 3], u32) -> Volume); 2] = [("smooth", smooth), ("noisy", noisy)];
+type MakeVolume = fn([usize; 3], u32) -> Volume;
+const VOLUMES: [(&str, MakeVolume); 2] = [("smooth", smooth), ("noisy", noisy)];
 
 #[test]
 fn the_cell_quadrature_follows_the_twin_with_sharp_functions() {
