@@ -245,7 +245,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// Copies the voxels to the device, slab by slab, with the border repeated [`PAD`] times and voxels that are
+    /// Copies the voxels to the device, slab by slab, with the border repeated `PAD` times and voxels that are
     /// not finite replaced.
     ///
     /// # Errors

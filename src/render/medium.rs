@@ -100,8 +100,8 @@ impl MediumTable {
         }
     }
 
-    /// What the table does over the values of each brick, per octant of ray directions: [`BRICK_STRAIGHT`],
-    /// [`BRICK_BENT`], or for a brick without extinction how many bricks a ray can stride over.
+    /// What the table does over the values of each brick, per octant of ray directions: `BRICK_STRAIGHT`,
+    /// `BRICK_BENT`, or for a brick without extinction how many bricks a ray can stride over.
     pub fn classify(&self, bricks: &BrickRanges, window: &StoredWindow) -> Vec<u8> {
         let kinks = self.kinks();
         let values = |&[low, high]: &[f32; 2]| {
