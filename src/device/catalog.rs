@@ -189,6 +189,12 @@ impl DeviceInfo {
         if self.is_llvmpipe() { 1 } else { u32::MAX }
     }
 
+    /// Whether functions may be inlined by force. Oclgrind 21.10 stops at what LLVM leaves behind
+    /// (`llvm.experimental.noalias.scope.decl`).
+    pub fn can_force_inlining(&self) -> bool {
+        self.platform != "Oclgrind"
+    }
+
     fn is_llvmpipe(&self) -> bool {
         self.name.to_lowercase().contains("llvmpipe")
     }

@@ -18,7 +18,8 @@ const LAUNCH_TARGET: Duration = Duration::from_millis(100);
 /// vectorise divergent loops over work-items. It indexes voxels in 32 bits.
 fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
     let lanes = plan.method.lanes && device.kind == DeviceKind::Cpu && plan.grid.device_voxels().0 < 1 << 31;
-    plan.spec.clone().feature("LANES", lanes)
+    let spec = plan.spec.clone().feature("LANES", lanes);
+    if device.can_force_inlining() { spec } else { spec.define("INLINE", "inline") }
 }
 
 /// How far a session has come.

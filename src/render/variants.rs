@@ -140,8 +140,11 @@ mod tests {
 
     #[test]
     fn the_table_has_the_variants_it_should() {
-        // 5 voxel types × 2³; × (cell 2 + step 2·(linear 1 + exponential 2)·lanes) × (1-D or 2-D without lanes).
-        assert_eq!(FAMILIES.each_ref().map(|family| family.variants().len()), [40, 40, 40 * (14 + 8)]);
+        // 5 voxel types × 2³. Emission-absorption has 2 variants per cell and 2·(linear 1 + exponential 2) by steps;
+        // in lanes or not, except per cell with a 1-D function.
+        let one_d = 2 + 2 * 6;
+        let two_d = 2 * (2 + 6);
+        assert_eq!(FAMILIES.each_ref().map(|family| family.variants().len()), [40, 40, 40 * (one_d + two_d)]);
     }
 
     #[test]
