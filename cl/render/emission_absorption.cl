@@ -1,9 +1,9 @@
 // Emission-absorption (Max 1995; Usher's ray caster): L = int T sigma_t c L0 dt + T(D) L_bg.
 //
-// Two quadratures. Per cell (default): the field along a ray is a cubic inside each trilinear cell, so the optical
-// depth of a transfer function that is linear over the cell's values is exact by two Gauss points; where the
-// function bends, the cell is cut and the function is averaged by its integral. STEP: the midpoint rule on a
-// lattice of fixed steps that starts where the ray enters the box; empty bricks skip lattice points, never move them.
+// Two quadratures. Per cell (default): the field along a ray is a cubic inside each trilinear cell, so where the
+// transfer function is a straight line over the cell's values, two Gauss points give the optical depth exactly; a
+// cell is cut where the field meets a kink of the function. STEP: the midpoint rule on a lattice of fixed steps that
+// starts where the ray enters the box; empty bricks skip lattice points, never move them.
 //
 // Inputs: voxels, bricks (see BRICK_*), the transfer function's table; output: film.
 #include "film/accumulate.cl"
@@ -206,10 +206,12 @@ INLINE void gather_gauss(struct Gathered *g, Medium first, Medium second, float 
 INLINE void gather_cell(struct Gathered *g, const struct CellCursor *cursor, const struct GridRay *ray, float exit,
     uchar brick, __constant struct Frame *frame, __constant struct Volume *volume,
     __constant struct EmissionAbsorption *method, __global const VOXEL *voxels, __global const Medium *table,
-    struct TableIntegral integral) {
+    __global const uint *kinks_before, __global const uint *kink_entries) {
     g->lookups += 1;
-    float largest = corners_largest(fetch_cell(volume, voxels, cursor->cell));
-    if (window_value(volume, largest) < method->empty_value) {
+    struct Corners corners = fetch_cell(volume, voxels, cursor->cell);
+    float a = window_value(volume, corners_least(corners));
+    float b = window_value(volume, corners_largest(corners));
+    if (max(a, b) < method->empty_value) {
         return;
     }
     float half_length = 0.5f * (exit - cursor->t);
@@ -225,67 +227,102 @@ INLINE void gather_cell(struct Gathered *g, const struct CellCursor *cursor, con
 #else
 
 #define MAX_PARTS 16
+#define MAX_KINKS 32
 
-// Whether the table is one straight line over the window values between lo and hi.
-INLINE bool is_straight(__constant struct Frame *frame, __global const uint *kinks, float lo, float hi) {
-    int i, j;
-    table_position(lo, frame->table_size, &i);
-    table_position(hi, frame->table_size, &j);
-    return (kinks[i] == kinks[j] && lo >= 0.0f && hi <= 1.0f) || hi <= 0.0f || lo >= 1.0f;
+// Adds the part of a cell from s = `from` to `to`, over whose values the table is smooth. `length`: of the whole cell.
+INLINE void gather_smooth(struct Gathered *g, struct Cubic p, float from, float to, float length,
+    __constant struct Frame *frame, __global const Medium *table) {
+    float width = to - from;
+    Medium first = medium_of_value(frame, table, cubic_value(p, from + GAUSS_0 * width));
+    Medium second = medium_of_value(frame, table, cubic_value(p, from + GAUSS_1 * width));
+#ifndef TRANSMITTANCE_ONLY
+    // The optical depth is exact; the colour is not where it changes within a cell that is not thin. The rule's error
+    // falls with the fourth power of the number of parts.
+    float tau = 0.5f * length * width * (first.w + second.w);
+    float change = (fabs(p.b) + fabs(p.c) + fabs(p.d)) * width;
+    int parts = 1 + (int)min(2.0f * tau * sqrt(change) + 4.0f * change, (float)(MAX_PARTS - 1));
+    if (parts > 1 && tau > 0.0f) {
+        width /= (float)parts;
+        for (int part = 0; part < parts; ++part) {
+            float start = from + (float)part * width;
+            first = medium_of_value(frame, table, cubic_value(p, start + GAUSS_0 * width));
+            second = medium_of_value(frame, table, cubic_value(p, start + GAUSS_1 * width));
+            gather_gauss(g, first, second, length * width);
+        }
+        return;
+    }
+#endif
+    gather_gauss(g, first, second, length * width);
 }
 
-// A cell over whose values the table bends: cut so that the field departs from a straight line by less than half a
-// table interval in each part and no part is optically thick.
-inline void gather_bent_cell(struct Gathered *g, struct Cubic p, float lo, float hi, float length,
-    __constant struct Frame *frame, __global const Medium *table, struct TableIntegral integral) {
-    float bend = (fabs(p.c) + 3.0f * fabs(p.d)) * (float)frame->table_size * 0.5f;
-    float tau = medium_sigma(table_mean(frame, table, integral, lo, hi)) * length;
-    float wanted = max(sqrt(bend), 4.0f * tau);
-    int parts = (int)min(wanted, (float)(MAX_PARTS - 1)) + 1;
-    float width = 1.0f / (float)parts;
-    float from = p.a;
-    for (int part = 1; part <= parts; ++part) {
-        float to = cubic_value(p, (float)part * width);
-        Medium mean = table_mean(frame, table, integral, from, to);
-        gather(g, length * width, mean);
-        from = to;
+// Adds the part of a cell from s = `from` to `to`, where the field is monotone, cut at the table's kinks.
+inline void gather_monotone(struct Gathered *g, struct Cubic p, float from, float to, float length,
+    __constant struct Frame *frame, __global const Medium *table, struct Kinks kinks) {
+    float a = cubic_value(p, from);
+    float b = cubic_value(p, to);
+    bool rising = b >= a;
+    int2 range = kinks_between(frame, kinks, min(a, b), max(a, b));
+    // So many kinks within a voxel are noise; equal parts then do as well.
+    int count = range.y - range.x;
+    int cuts = count > MAX_KINKS ? MAX_PARTS - 1 : count;
+    for (int cut = 0; cut < cuts; ++cut) {
+        float s;
+        if (count > MAX_KINKS) {
+            s = from + (to - from) / (float)(cuts + 1 - cut);
+        } else {
+            uint entry = kinks.entries[rising ? range.x + cut : range.y - 1 - cut];
+            struct Cubic q = p;
+            q.a -= (float)entry / (float)(frame->table_size - 1);
+            s = bracketed_root(q, from, to, !rising);
+        }
+        gather_smooth(g, p, from, s, length, frame, table);
+        from = s;
     }
+    gather_smooth(g, p, from, to, length, frame, table);
 }
 
 INLINE void gather_cell(struct Gathered *g, const struct CellCursor *cursor, const struct GridRay *ray, float exit,
     uchar brick, __constant struct Frame *frame, __constant struct Volume *volume,
     __constant struct EmissionAbsorption *method, __global const VOXEL *voxels, __global const Medium *table,
-    struct TableIntegral integral) {
+    __global const uint *kinks_before, __global const uint *kink_entries) {
     float length = exit - cursor->t;
     struct Corners corners = fetch_cell(volume, voxels, cursor->cell);
     g->lookups += 1;
-    if (brick != BRICK_STRAIGHT && window_value(volume, corners_largest(corners)) < method->empty_value) {
-        return;
-    }
-    struct Cubic p = cursor_cubic(cursor, ray, corners, exit);
-    float first = window_value(volume, cubic_value(p, GAUSS_0));
-    float second = window_value(volume, cubic_value(p, GAUSS_1));
-    if (brick != BRICK_STRAIGHT) {
-        p.a = window_value(volume, p.a);
-        p.b *= volume->value_scale;
-        p.c *= volume->value_scale;
-        p.d *= volume->value_scale;
-        float end = p.a + p.b + p.c + p.d;
-        float lo = min(min(p.a, end), min(first, second));
-        float hi = max(max(p.a, end), max(first, second));
-        if (!is_straight(frame, integral.kinks, lo, hi)) {
-            gather_bent_cell(g, p, lo, hi, length, frame, table, integral);
+    bool smooth = brick == BRICK_STRAIGHT;
+    struct Kinks kinks;
+    kinks.before = kinks_before;
+    kinks.entries = kink_entries;
+    if (!smooth) {
+        float a = window_value(volume, corners_least(corners));
+        float b = window_value(volume, corners_largest(corners));
+        if (max(a, b) < method->empty_value) {
             return;
         }
+        int2 range = kinks_between(frame, kinks, min(a, b), max(a, b));
+        smooth = range.x == range.y;
     }
-    gather_gauss(g, medium_of_value(frame, table, first), medium_of_value(frame, table, second), length);
+    struct Cubic p = cubic_window(volume, cursor_cubic(cursor, ray, corners, exit));
+    if (smooth) {
+        gather_smooth(g, p, 0.0f, 1.0f, length, frame, table);
+        return;
+    }
+    float2 extrema = cubic_extrema(p);
+    float from = 0.0f;
+    for (int piece = 0; piece < 3; ++piece) {
+        float to = piece == 0 ? extrema.x : piece == 1 ? extrema.y : 1.0f;
+        if (to > from) {
+            gather_monotone(g, p, from, to, length, frame, table, kinks);
+            from = to;
+        }
+    }
 }
 
 #endif
 
 INLINE void march(struct Gathered *g, const struct GridRay *ray, __constant struct Frame *frame,
     __constant struct Volume *volume, __constant struct EmissionAbsorption *method, __global const VOXEL *voxels,
-    __global const uchar *bricks, __global const Medium *table, struct TableIntegral integral) {
+    __global const uchar *bricks, __global const Medium *table, __global const uint *kinks_before,
+    __global const uint *kink_entries) {
     struct CellCursor cursor = cursor_start(volume, ray);
     bricks += stride_table(volume, ray);
     for (;;) {
@@ -297,7 +334,8 @@ INLINE void march(struct Gathered *g, const struct GridRay *ray, __constant stru
             continue;
         }
         float exit = cursor_exit(&cursor, ray);
-        gather_cell(g, &cursor, ray, exit, brick, frame, volume, method, voxels, table, integral);
+        gather_cell(g, &cursor, ray, exit, brick, frame, volume, method, voxels, table, kinks_before,
+            kink_entries);
         if (exit >= ray->t1 || is_opaque(g, method)) {
             return;
         }
@@ -309,8 +347,8 @@ INLINE void march(struct Gathered *g, const struct GridRay *ray, __constant stru
 
 __kernel void render_emission_absorption(__constant struct Frame *frame, __constant struct Camera *camera,
     __constant struct Volume *volume, __constant struct EmissionAbsorption *method, __global const VOXEL *voxels,
-    __global const uchar *bricks, __global const Medium *table, __global const Medium *table_high,
-    __global const Medium *table_low, __global const uint *table_kinks, __global const float4 *environment,
+    __global const uchar *bricks, __global const Medium *table, __global const uint *kinks_before,
+    __global const uint *kink_entries, __global const float4 *environment,
     __global struct FilmPixel *film, uint first_tile, uint tile_count, uint first_sample, uint sample_count) {
     int pixel = frame_pixel(camera->width, camera->height, first_tile, tile_count);
     if (pixel < 0) {
@@ -319,10 +357,6 @@ __kernel void render_emission_absorption(__constant struct Frame *frame, __const
     uint2 seed = (uint2)(frame->seed_low, frame->seed_high);
     uint4 keys = philox4x32((uint4)((uint)pixel, 0u, 0u, 0u), seed);
     struct FilmPixel accumulated = film[pixel];
-    struct TableIntegral integral;
-    integral.high = table_high;
-    integral.low = table_low;
-    integral.kinks = table_kinks;
     for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
         struct Ray ray = camera_ray(camera, (uint)pixel, sample, keys);
         struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
@@ -343,7 +377,7 @@ __kernel void render_emission_absorption(__constant struct Frame *frame, __const
 #endif
             march(&g, &grid, phase, frame, volume, method, voxels, bricks, table);
 #else
-            march(&g, &grid, frame, volume, method, voxels, bricks, table, integral);
+            march(&g, &grid, frame, volume, method, voxels, bricks, table, kinks_before, kink_entries);
 #endif
         }
         float transmittance = gathered_transmittance(&g);

@@ -12,46 +12,9 @@
 #include "types/method.cl"
 #include "volume/bricks.cl"
 
-#define ROOT_STEPS 24
-
-// The root of g in [lo, hi], where g changes sign: Newton's method kept inside the bracket by bisection.
-INLINE float bracketed_root(struct Cubic g, float lo, float hi, bool positive_at_lo) {
-    float s = 0.5f * (lo + hi);
-    for (int i = 0; i < ROOT_STEPS; ++i) {
-        float value = cubic_value(g, s);
-        if ((value >= 0.0f) == positive_at_lo) {
-            lo = s;
-        } else {
-            hi = s;
-        }
-        float slope = g.b + s * (2.0f * g.c + s * 3.0f * g.d);
-        float next = s - value / slope;
-        if (!(next > lo && next < hi)) {
-            next = 0.5f * (lo + hi);
-        }
-        if (fabs(next - s) < 1e-7f) {
-            return next;
-        }
-        s = next;
-    }
-    return s;
-}
-
 // First s in [0, 1] where g changes sign, or -1. `*positive`: sign of g before; updated to the sign after.
 INLINE float first_crossing(struct Cubic g, bool *positive) {
-    // Interior extrema, ascending; 1 where there is none.
-    float e0 = 1.0f;
-    float e1 = 1.0f;
-    float discriminant = g.c * g.c - 3.0f * g.b * g.d;
-    if (discriminant > 0.0f) {
-        float q = -(g.c + copysign(sqrt(discriminant), g.c));
-        float r0 = q != 0.0f ? g.b / q : 1.0f;
-        float r1 = g.d != 0.0f ? q / (3.0f * g.d) : 1.0f;
-        r0 = r0 > 0.0f && r0 < 1.0f ? r0 : 1.0f;
-        r1 = r1 > 0.0f && r1 < 1.0f ? r1 : 1.0f;
-        e0 = min(r0, r1);
-        e1 = max(r0, r1);
-    }
+    float2 extrema = cubic_extrema(g);
     float lo = 0.0f;
     bool sign = *positive;
     if ((g.a >= 0.0f) != sign) {
@@ -59,7 +22,7 @@ INLINE float first_crossing(struct Cubic g, bool *positive) {
         return 0.0f;
     }
     for (int piece = 0; piece < 3; ++piece) {
-        float hi = piece == 0 ? e0 : piece == 1 ? e1 : 1.0f;
+        float hi = piece == 0 ? extrema.x : piece == 1 ? extrema.y : 1.0f;
         if (hi > lo) {
             bool sign_hi = cubic_value(g, hi) >= 0.0f;
             if (sign_hi != sign) {

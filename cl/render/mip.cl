@@ -22,27 +22,15 @@ INLINE void consider(struct Maximum *maximum, float value, float t) {
     }
 }
 
-INLINE void consider_interior(struct Maximum *maximum, struct Cubic p, float s, float t, float length) {
-    if (s > 0.0f && s < 1.0f) {
-        consider(maximum, cubic_value(p, s), t + s * length);
-    }
-}
-
 // Largest value of the cubic on [0, 1]; `upper` bounds the cell's field and keeps rounding from exceeding it.
 INLINE void cell_maximum(struct Maximum *maximum, struct Cubic p, float upper, float t, float length) {
     struct Maximum found = *maximum;
     consider(&found, p.a, t);
     consider(&found, p.a + p.b + p.c + p.d, t + length);
-    // Derivative b + 2 c s + 3 d s^2, roots in the form that does not cancel.
-    float discriminant = p.c * p.c - 3.0f * p.b * p.d;
-    if (discriminant >= 0.0f) {
-        float q = -(p.c + copysign(sqrt(discriminant), p.c));
-        if (q != 0.0f) {
-            consider_interior(&found, p, p.b / q, t, length);
-        }
-        if (p.d != 0.0f) {
-            consider_interior(&found, p, q / (3.0f * p.d), t, length);
-        }
+    float2 extrema = cubic_extrema(p);
+    if (extrema.x < 1.0f) {
+        consider(&found, cubic_value(p, extrema.x), t + extrema.x * length);
+        consider(&found, cubic_value(p, extrema.y), t + extrema.y * length);
     }
     found.value = min(found.value, upper);
     consider(maximum, found.value, found.t);

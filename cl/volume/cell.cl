@@ -1,9 +1,8 @@
-// Following a ray from cell to cell of the grid, and the field along it.
+// Following a ray from cell to cell of the grid.
 //
-// A cell is the cube between eight voxel centres. Inside it the trilinear field along a ray is a cubic.
-// Cell and brick boundaries are crossed at `plane_times`: the sequence of cells, and every number derived from it,
+// A cell is the cube between eight voxel centres. Cell and brick boundaries are crossed at `plane_times`: the sequence of cells, and every number derived from it,
 // is the same whether empty bricks are walked or skipped.
-#include "volume/sampling.cl"
+#include "volume/cubic.cl"
 
 struct CellCursor {
     int4 cell;
@@ -40,37 +39,6 @@ INLINE void cursor_next(struct CellCursor *cursor, const struct GridRay *ray) {
     cursor->cell += (cursor->exit <= t) & ray->step;
     cursor->exit = exit_times(ray, cursor->cell);
     cursor->t = t;
-}
-
-// The field along the ray inside a cell: value(s) = a + b s + c s^2 + d s^3, s in [0, 1] from entry to exit.
-struct Cubic {
-    float a, b, c, d;
-};
-
-INLINE float cubic_value(struct Cubic p, float s) {
-    return p.a + s * (p.b + s * (p.c + s * p.d));
-}
-
-// `from`: position in the cell (0 to 1 per axis) where the segment starts; `along`: the segment.
-INLINE struct Cubic cell_cubic(struct Corners c, float4 from, float4 along) {
-    // Interpolating axis by axis raises the degree by one each time.
-    float4 slope = c.high - c.low;
-    float4 z0 = c.low + from.z * slope;
-    float4 z1 = along.z * slope;
-    float2 slope0 = z0.zw - z0.xy;
-    float2 slope1 = z1.zw - z1.xy;
-    float2 y0 = z0.xy + from.y * slope0;
-    float2 y1 = z1.xy + from.y * slope1 + along.y * slope0;
-    float2 y2 = along.y * slope1;
-    float e0 = y0.y - y0.x;
-    float e1 = y1.y - y1.x;
-    float e2 = y2.y - y2.x;
-    struct Cubic p;
-    p.a = y0.x + from.x * e0;
-    p.b = y1.x + from.x * e1 + along.x * e0;
-    p.c = y2.x + from.x * e2 + along.x * e1;
-    p.d = along.x * e2;
-    return p;
 }
 
 // The cubic of the cursor's cell from its entry to `exit`.

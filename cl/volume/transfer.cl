@@ -71,43 +71,21 @@ INLINE Medium medium_at(__constant struct Frame *frame, __constant struct Volume
 #define MEDIUM_LOOKUPS 1
 #endif
 
-// The table's integral, to average it exactly over an interval of values (1-D tables only).
-struct TableIntegral {
-    __global const Medium *high;  // integral of the table from 0 to entry k, over v: high[k] + low[k]
-    __global const Medium *low;
-    __global const uint *kinks;   // number of entries up to k at which the slope changes
+#ifndef TF_2D
+// Where the table's slope jumps; between such entries a smooth field meets a smooth table. The first and the last
+// entry always count: beyond them the table is constant.
+struct Kinks {
+    __global const uint *before;  // per entry, how many kinks lie at or before it
+    __global const uint *entries; // the kinks, ascending
 };
 
-#ifndef TF_2D
-
-// Mean of the table over window values between `a` and `b` (exact for the piecewise linear table).
-INLINE Medium table_mean(__constant struct Frame *frame, __global const Medium *table, struct TableIntegral integral,
-    float a, float b) {
-    float lo = min(a, b);
-    float hi = max(a, b);
+// The kinks between two window values: indices first <= k < last into `entries`.
+INLINE int2 kinks_between(__constant struct Frame *frame, struct Kinks kinks, float lo, float hi) {
     int i, j;
-    float fi = table_position(lo, frame->table_size, &i);
-    float fj = table_position(hi, frame->table_size, &j);
-    Medium at_lo = table_row(table, i, fi);
-    Medium at_hi = table_row(table, j, fj);
-    if (i == j && lo >= 0.0f && hi <= 1.0f) {
-        return 0.5f * (at_lo + at_hi);
-    }
-    // Beyond 0 and 1 the table is constant; in between: two partial intervals and whole ones by the integral,
-    // whose two-float difference does not cancel.
-    float spacing = 1.0f / (float)(frame->table_size - 1);
-    float below = max(-lo, 0.0f) - max(-hi, 0.0f);
-    float above = max(hi - 1.0f, 0.0f) - max(lo - 1.0f, 0.0f);
-    Medium sum = below * table[0] + above * table[frame->table_size - 1];
-    if (i == j) {
-        sum += 0.5f * (fj - fi) * spacing * (at_lo + at_hi);
-    } else {
-        Medium first = 0.5f * (1.0f - fi) * (at_lo + table[i + 1]);
-        Medium last = 0.5f * fj * (table[j] + at_hi);
-        Medium whole = (integral.high[j] - integral.high[i + 1]) + (integral.low[j] - integral.low[i + 1]);
-        sum += spacing * (first + last) + whole;
-    }
-    float width = below + above + (((float)j + fj) - ((float)i + fi)) * spacing;
-    return width > 0.0f ? sum / width : 0.5f * (at_lo + at_hi);
+    table_position(lo, frame->table_size, &i);
+    table_position(hi, frame->table_size, &j);
+    int first = lo < 0.0f ? 0 : (int)kinks.before[i];
+    int last = hi < 0.0f ? 0 : (int)kinks.before[hi >= 1.0f ? (int)frame->table_size - 1 : j];
+    return (int2)(first, last);
 }
 #endif

@@ -29,6 +29,7 @@ const FILES: &[(&str, &str)] = embed![
     "types/volume.cl",
     "volume/bricks.cl",
     "volume/cell.cl",
+    "volume/cubic.cl",
     "volume/grid.cl",
     "volume/sampling.cl",
     "volume/transfer.cl",

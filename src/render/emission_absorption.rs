@@ -72,12 +72,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         min_transmittance: settings.termination as f32,
         max_depth: -settings.termination.ln() as f32,
         radiance: settings.radiance as f32,
-        // The kernel compares the largest stored value, which is the smallest where the file's slope is negative.
-        empty_value: if input.grid.window().one < input.grid.window().zero {
-            f32::NEG_INFINITY
-        } else {
-            table.empty_value() as f32
-        },
+        empty_value: table.empty_value() as f32,
         pad_0: 0,
         pad_1: 0,
         pad_2: 0,
@@ -85,7 +80,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let classes = table.classify(input.bricks, input.grid.window());
     let bricks = input.bricks.ranges.len();
     let occupied = classes[..bricks].iter().filter(|&&class| class >= BRICK_STRAIGHT).count();
-    let (high, low) = table.device_integral(sigma_only);
+    let kinks = table.kinks();
     let details = vec![format!(
         "{occupied} of {bricks} bricks can hold extinction; the largest is {:.6} per scene unit",
         table.max_sigma() / input.local.unit
@@ -97,9 +92,8 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         tables: vec![
             HostBuffer { name: "brick classes", bytes: classes },
             HostBuffer { name: "transfer function", bytes: table.device_entries(sigma_only) },
-            HostBuffer { name: "transfer function integral", bytes: high },
-            HostBuffer { name: "transfer function integral, low parts", bytes: low },
-            HostBuffer::new("transfer function kinks", &table.kinks()),
+            HostBuffer::new("kinks before each entry", &table.kinks_before(&kinks)),
+            HostBuffer::new("kinks of the transfer function", &kinks),
         ],
         random: jitter,
         lanes: step.is_some() || gradient_max.is_some(),

@@ -103,7 +103,7 @@ impl MediumTable {
     /// What the table does over the values of each brick, per octant of ray directions: `BRICK_STRAIGHT`,
     /// `BRICK_BENT`, or for a brick without extinction how many bricks a ray can stride over.
     pub fn classify(&self, bricks: &BrickRanges, window: &StoredWindow) -> Vec<u8> {
-        let kinks = self.kinks();
+        let kinks = self.kinks_before(&self.kinks());
         let values = |&[low, high]: &[f32; 2]| {
             let (a, b) = (window.value(f64::from(low)), window.value(f64::from(high)));
             (a.min(b), a.max(b))
@@ -133,26 +133,18 @@ impl MediumTable {
 
     /// The entries as the device reads them: four floats, or the extinction alone.
     pub fn device_entries(&self, sigma_only: bool) -> Vec<u8> {
-        device_bytes(&self.entries, sigma_only, |x| x as f32)
-    }
-
-    /// The table's integral from value 0 to each entry, as the sum of two floats (high parts, low parts).
-    ///
-    /// Trapezoids are exact for a piecewise linear table; f64 sums and two floats keep differences exact.
-    pub fn device_integral(&self, sigma_only: bool) -> (Vec<u8>, Vec<u8>) {
-        let spacing = 1.0 / (self.size - 1) as f64;
-        let mut integral = vec![[0.0; 4]; self.size];
-        for k in 1..self.size {
-            for (c, sum) in integral[k - 1].into_iter().enumerate() {
-                integral[k][c] = sum + 0.5 * spacing * (self.entries[k - 1][c] + self.entries[k][c]);
-            }
+        let entry = |e: &[f64; 4]| e.map(|x| x as f32);
+        if sigma_only {
+            let sigmas: Vec<f32> = self.entries.iter().map(|e| entry(e)[3]).collect();
+            bytemuck::cast_slice(&sigmas).to_vec()
+        } else {
+            let entries: Vec<[f32; 4]> = self.entries.iter().map(entry).collect();
+            bytemuck::cast_slice(&entries).to_vec()
         }
-        let high = |x: f64| x as f32;
-        let low = |x: f64| (x - f64::from(x as f32)) as f32;
-        (device_bytes(&integral, sigma_only, high), device_bytes(&integral, sigma_only, low))
     }
 
-    /// Per entry, how many entries up to it have a kink: two values with equal counts see a smooth table between.
+    /// The entries at which the table's slope jumps, ascending; the first and the last always count, since beyond
+    /// them the table is constant.
     ///
     /// A kink is a second difference that stands out from those two entries away; a smooth curve (opacity to
     /// extinction is a logarithm) has none, and Gauss quadrature is accurate on it.
@@ -165,29 +157,20 @@ impl MediumTable {
             (a - 2.0 * b + d).abs()
         };
         let scale = self.entries.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let is_kink = |k: usize| {
-            (0..4).any(|c| {
+        let is_kink = |&k: &usize| {
+            let ends = k == 0 || k + 1 == self.size;
+            ends || (0..4).any(|c| {
                 let around = bend(k.saturating_sub(2), c).max(bend(k + 2, c));
                 bend(k, c) > 4.0 * around + 1e-9 * scale
             })
         };
-        let mut count = 0;
-        (0..self.size)
-            .map(|k| {
-                count += u32::from(is_kink(k));
-                count
-            })
-            .collect()
+        (0..self.size).filter(is_kink).map(|k| k as u32).collect()
     }
-}
 
-fn device_bytes(values: &[[f64; 4]], sigma_only: bool, part: impl Fn(f64) -> f32) -> Vec<u8> {
-    let floats: Vec<f32> = if sigma_only {
-        values.iter().map(|v| part(v[3])).collect()
-    } else {
-        values.iter().flatten().map(|&x| part(x)).collect()
-    };
-    bytemuck::cast_slice(&floats).to_vec()
+    /// Per entry, how many of the `kinks` lie at or before it.
+    pub fn kinks_before(&self, kinks: &[u32]) -> Vec<u32> {
+        (0..self.size as u32).map(|entry| kinks.partition_point(|&kink| kink <= entry) as u32).collect()
+    }
 }
 
 /// Sparse table of maxima: level l, position i covers entries i..i + 2^l.

@@ -29,8 +29,8 @@ pub const EXAMPLES: [(&str, &str); 22] = [
     ),
     (
         "sphere",
-        "[volume]\ndims = [4, 4, 4]\nfield = { kind = \"sphere\", centre = [0.5, 0.5, 0.5], radius = 0.3, \
-         softness = 0.1 }\n",
+        "[volume]\ndims = [4, 4, 4]\nfield = { kind = \"sphere\", centre = [0.5, 0.5, 0.5], radius = 0.3 }
+",
     ),
     (
         "marschner-lobb",
