@@ -303,7 +303,7 @@ fn the_cell_quadrature_follows_the_twin_with_sharp_functions() {
                  [transfer]\nresolution = 256\npoints = {SHARP}\n",
                 view(8)
             );
-            beats_the_midpoint_rule(&format!("{name}, sigma {sigma}"), &text, &|| volume([8; 3], 3), 0.4);
+            beats_the_midpoint_rule(&format!("{name}, sigma {sigma}"), &text, &|| volume([8; 3], 3), 0.05);
         }
     }
 }

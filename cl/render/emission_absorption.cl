@@ -91,7 +91,7 @@ INLINE float lattice_time(struct Lattice lattice, int i) {
 // One lane of eight: samples are composited one by one, so the picture does not depend on how they are grouped.
 #define GATHER_LANE(k) \
     if (value.k >= method->empty_value) { \
-        gather(g, width.k, table_row(table, index.k, fraction.k)); \
+        gather(g, width.k, emission_and_extinction(table_row(table, index.k, fraction.k))); \
         if (is_opaque(g, method)) { \
             return true; \
         } \
@@ -236,12 +236,17 @@ INLINE void gather_smooth(struct Gathered *g, struct Cubic p, float from, float 
     Medium first = medium_of_value(frame, table, cubic_value(p, from + GAUSS_0 * width));
     Medium second = medium_of_value(frame, table, cubic_value(p, from + GAUSS_1 * width));
 #ifndef TRANSMITTANCE_ONLY
-    // The optical depth is exact; the colour is not where it changes within a cell that is not thin. The rule's error
-    // falls with the fourth power of the number of parts.
-    float tau = 0.5f * length * width * (first.w + second.w);
-    float change = (fabs(p.b) + fabs(p.c) + fabs(p.d)) * width;
-    int parts = 1 + (int)min(2.0f * tau * sqrt(change) + 4.0f * change, (float)(MAX_PARTS - 1));
-    if (parts > 1 && tau > 0.0f) {
+    // The optical depth is exact; the radiance is not where the colour changes within a cell that is not thin. The
+    // rule's error falls with the fourth power of the number of parts.
+    float both = first.w + second.w;
+    if (both == 0.0f) {
+        return;
+    }
+    float tau = 0.5f * length * width * both;
+    float4 change = fabs(first * second.w - second * first.w) * (4.0f / (both * both));
+    float most = max(max(change.x, change.y), change.z);
+    int parts = 1 + (int)min(3.0f * tau * sqrt(most) + 4.0f * most, (float)(MAX_PARTS - 1));
+    if (parts > 1) {
         width /= (float)parts;
         for (int part = 0; part < parts; ++part) {
             float start = from + (float)part * width;

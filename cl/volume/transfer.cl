@@ -1,7 +1,8 @@
 // The transfer function as a table over the window value (and the gradient magnitude, TF_2D).
 //
-// An entry holds (sigma_t r, sigma_t g, sigma_t b, sigma_t) in local units: emission and extinction of the
-// emission-absorption model, linear between entries. TRANSMITTANCE_ONLY: the colours are all black, so an entry is sigma_t alone.
+// An entry holds a colour and sigma_t per local unit, each linear between entries. A look-up gives
+// (sigma_t r, sigma_t g, sigma_t b, sigma_t): emission and extinction of the emission-absorption model.
+// TRANSMITTANCE_ONLY: the colours are all black, so an entry is sigma_t alone.
 #include "types/frame.cl"
 #include "volume/sampling.cl"
 
@@ -20,8 +21,16 @@ INLINE float table_position(float value, uint size, int *index) {
     return x - (float)*index;
 }
 
+// Between two entries, still colour and sigma_t.
 INLINE Medium table_row(__global const Medium *row, int index, float fraction) {
     return row[index] + fraction * (row[index + 1] - row[index]);
+}
+
+INLINE Medium emission_and_extinction(Medium m) {
+#ifndef TRANSMITTANCE_ONLY
+    m.xyz *= m.w;
+#endif
+    return m;
 }
 
 #ifdef TF_2D
@@ -54,14 +63,14 @@ INLINE Medium medium_at(__constant struct Frame *frame, __constant struct Volume
     __global const Medium *row = table + (size_t)j * frame->table_size;
     Medium low = table_row(row, i, fx);
     Medium high = table_row(row + frame->table_size, i, fx);
-    return low + fy * (high - low);
+    return emission_and_extinction(low + fy * (high - low));
 }
 #define MEDIUM_LOOKUPS 7
 #else
 INLINE Medium medium_of_value(__constant struct Frame *frame, __global const Medium *table, float value) {
     int i;
     float f = table_position(value, frame->table_size, &i);
-    return table_row(table, i, f);
+    return emission_and_extinction(table_row(table, i, f));
 }
 
 INLINE Medium medium_at(__constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,

@@ -4,14 +4,14 @@ use crate::Result;
 use crate::scene::{Medium as Opacity, Transfer};
 use crate::transfer::{TransferFunction1d, TransferFunction2d, sigma_table};
 
-/// A table of (σ r, σ g, σ b, σ), linear between entries along the window value and the scaled gradient.
+/// A table of (r, g, b, σ), each linear between entries along the window value and the scaled gradient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Medium {
     /// Entries along the value, from 0 to 1.
     pub values: usize,
     /// Entries along the gradient, from 0 to 1; 1 for a function of the value alone.
     pub gradients: usize,
-    /// Per scene unit, value fastest.
+    /// Colour, and extinction per scene unit; value fastest.
     pub entries: Vec<[f64; 4]>,
     /// Scaled gradient per gradient of the window value per scene unit; 0 for a function of the value alone.
     pub gradient_scale: f64,
@@ -39,10 +39,7 @@ impl Medium {
                 (table.rgba, table.width, table.height, smallest_spacing / settings.gradient_max)
             }
         };
-        let entries = sigma_table(&rgba, opacity, smallest_spacing)
-            .into_iter()
-            .map(|[r, g, b, sigma]| [sigma * r, sigma * g, sigma * b, sigma])
-            .collect();
+        let entries = sigma_table(&rgba, opacity, smallest_spacing);
         Ok(Self { values, gradients, entries, gradient_scale })
     }
 
@@ -50,11 +47,13 @@ impl Medium {
     pub fn at(&self, value: f64, gradient: f64) -> [f64; 4] {
         let (i, x) = position(value, self.values);
         let row = |j: usize| mix(self.entries[j * self.values + i], self.entries[j * self.values + i + 1], x);
-        if self.gradients == 1 {
-            return row(0);
-        }
-        let (j, y) = position(gradient * self.gradient_scale, self.gradients);
-        mix(row(j), row(j + 1), y)
+        let [r, g, b, sigma] = if self.gradients == 1 {
+            row(0)
+        } else {
+            let (j, y) = position(gradient * self.gradient_scale, self.gradients);
+            mix(row(j), row(j + 1), y)
+        };
+        [sigma * r, sigma * g, sigma * b, sigma]
     }
 
     /// The window values of the entries: the table is smooth between neighbours.
@@ -85,7 +84,8 @@ mod tests {
         let line = Medium { values: 4, gradients: 1, entries: entries.clone(), gradient_scale: 0.0 };
         assert_eq!([-1.0, 0.0, 0.5, 1.0, 2.0].map(|v| line.at(v, 9.0)[3]), [0.0, 0.0, 2.5, 10.0, 10.0]);
         let square = Medium { values: 2, gradients: 2, entries, gradient_scale: 0.5 };
-        assert_eq!(square.at(0.5, 1.0)[0], (0.5 + 7.0) / 2.0);
-        assert_eq!(square.at(1.0, 5.0)[0], 10.0);
+        assert_eq!(square.at(0.5, 1.0)[3], (0.5 + 7.0) / 2.0);
+        assert_eq!(square.at(0.5, 1.0)[0], square.at(0.5, 1.0)[3].powi(2), "colour times extinction");
+        assert_eq!(square.at(1.0, 5.0)[3], 10.0);
     }
 }

@@ -16,7 +16,7 @@ pub struct MediumTable {
     pub size: usize,
     /// Rows along the gradient axis; 1 for a function of the value alone.
     pub rows: usize,
-    /// Per entry (sigma_t r, sigma_t g, sigma_t b, sigma_t), per local unit, value fastest.
+    /// Per entry colour and sigma_t per local unit, value fastest.
     entries: Vec<[f64; 4]>,
     /// Range maximum of sigma_t over the value axis: level l holds the maximum of 2^l entries (over all rows).
     maxima: Vec<Vec<f64>>,
@@ -42,17 +42,14 @@ impl MediumTable {
         };
         let entries: Vec<[f64; 4]> = sigma_table(&rgba, medium, unit)
             .into_iter()
-            .map(|[r, g, b, sigma]| {
-                let local = sigma * unit;
-                [local * r, local * g, local * b, local]
-            })
+            .map(|[r, g, b, sigma]| [r, g, b, sigma * unit])
             .collect();
         let columns =
             (0..size).map(|x| (0..rows).map(|y| entries[y * size + x][3]).fold(0.0, f64::max)).collect();
         Ok(Self { size, rows, maxima: range_maxima(columns), entries })
     }
 
-    /// Whether every colour with extinction is black: then only transmittance matters.
+    /// Whether every colour is black: then only transmittance matters.
     pub fn is_black(&self) -> bool {
         self.entries.iter().all(|entry| entry[..3].iter().all(|&c| c == 0.0))
     }
