@@ -152,10 +152,10 @@ mod tests {
 
     #[test]
     fn a_constant_medium_has_a_closed_form() {
-        let medium = table(vec![[0.5, 1.0, 0.0, 2.0]; 2]);
+        let medium = table(vec![[0.25, 0.5, 0.0, 2.0]; 2]);
         let stretch = Integrator::new(&slab(vec![0.3; 4]), &medium).ray(&across());
         assert!((stretch.depth - 8.0).abs() < 1e-13);
-        // Source colour q/σ = (1/4, 1/2, 0).
+        // Source colour (1/4, 1/2, 0).
         let opacity = -(-8.0f64).exp_m1();
         assert!((stretch.radiance[0] - 0.25 * opacity).abs() < 1e-12);
         assert!((stretch.radiance[1] - 0.5 * opacity).abs() < 1e-12);
