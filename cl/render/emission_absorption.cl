@@ -270,9 +270,12 @@ INLINE void gather_cell(struct Gathered *g, const struct CellCursor *cursor, con
         p.b *= volume->value_scale;
         p.c *= volume->value_scale;
         p.d *= volume->value_scale;
+        // Bounds of the cubic by its Bernstein coefficients: a bump between two samples must not pass unseen.
+        float third = p.a + p.b * (1.0f / 3.0f);
+        float two_thirds = third + (p.b + p.c) * (1.0f / 3.0f);
         float end = p.a + p.b + p.c + p.d;
-        float lo = min(min(p.a, end), min(first, second));
-        float hi = max(max(p.a, end), max(first, second));
+        float lo = min(min(p.a, end), min(third, two_thirds));
+        float hi = max(max(p.a, end), max(third, two_thirds));
         if (!is_straight(frame, integral.kinks, lo, hi)) {
             gather_bent_cell(g, p, lo, hi, length, frame, table, integral);
             return;
