@@ -154,8 +154,9 @@ impl MediumTable {
 
     /// Per entry, how many entries up to it have a kink: two values with equal counts see a smooth table between.
     ///
-    /// A kink is a second difference that stands out from those two entries away; a smooth curve (opacity to
-    /// extinction is a logarithm) has none, and Gauss quadrature is accurate on it.
+    /// A kink is a second difference that stands out from those two entries away, or that is large as such:
+    /// kinks may follow each other closely. A smooth curve (opacity to extinction is a logarithm) has none, and
+    /// Gauss quadrature is accurate on it.
     pub fn kinks(&self) -> Vec<u32> {
         let bend = |k: usize, c: usize| -> f64 {
             if k == 0 || k + 1 >= self.size {
@@ -168,7 +169,7 @@ impl MediumTable {
         let is_kink = |k: usize| {
             (0..4).any(|c| {
                 let around = bend(k.saturating_sub(2), c).max(bend(k + 2, c));
-                bend(k, c) > 4.0 * around + 1e-9 * scale
+                bend(k, c) > (4.0 * around + 1e-9 * scale).min(1e-4 * scale)
             })
         };
         let mut count = 0;
