@@ -234,11 +234,11 @@ INLINE bool is_straight(__constant struct Frame *frame, __global const uint *kin
     return (kinks[i] == kinks[j] && lo >= 0.0f && hi <= 1.0f) || hi <= 0.0f || lo >= 1.0f;
 }
 
-// A cell over whose values the table bends: cut so that the field departs from a straight line by less than half a
+// A cell over whose values the table bends: cut so that the field departs from a straight line by less than an eighth of a
 // table interval in each part and no part is optically thick.
 inline void gather_bent_cell(struct Gathered *g, struct Cubic p, float lo, float hi, float length,
     __constant struct Frame *frame, __global const Medium *table, struct TableIntegral integral) {
-    float bend = (fabs(p.c) + 3.0f * fabs(p.d)) * (float)frame->table_size * 0.5f;
+    float bend = (fabs(p.c) + 3.0f * fabs(p.d)) * (float)frame->table_size * 2.0f;
     float tau = medium_sigma(table_mean(frame, table, integral, lo, hi)) * length;
     float wanted = max(sqrt(bend), 4.0f * tau);
     int parts = (int)min(wanted, (float)(MAX_PARTS - 1)) + 1;
