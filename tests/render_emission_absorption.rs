@@ -7,7 +7,7 @@ use glam::DVec3;
 use serde_json::Value;
 use svetlo::reference::emission_absorption::Stretch;
 use svetlo::render::Session;
-use svetlo::volume::Volume;
+use svetlo::volume::{Volume, Voxels};
 
 /// Oblique views of a box of `n`³ voxels of spacing 1 from outside, 12×12 pixels; all rays hit the box.
 fn view(n: usize) -> String {
@@ -309,6 +309,21 @@ fn the_cell_quadrature_follows_the_twin_with_sharp_functions() {
 }
 
 #[test]
+fn a_bump_inside_a_cell_is_seen() {
+    // Along the diagonal of this cell the field is 2 s (1 - s): 0 at the ends, 1/3 at the Gauss points, 1/2 between.
+    let text = "[image]\nwidth = 1\nheight = 1\nfilter = \"point\"\n\
+        [camera]\nposition = [-1, -1, 0.5]\ntarget = [1, 1, 0.5]\nup = [0, 0, 1]\n\
+        [volume]\nwindow = { lo = 0, hi = 1 }\n[medium]\nsigma_max = 1\n\
+        [transfer]\npoints = [{ value = 0.4, opacity = 0 }, { value = 0.5, opacity = 1 }]\n\
+        [method]\nkind = \"emission-absorption\"\ntermination = 0\n";
+    let case = Case::new(text, volume_f32([2, 2, 1], [0.0, 1.0, 1.0, 0.0]));
+    let [opacity, _] = against_the_twin(&case, &case.stretches(), [0.0; 3], 1.0);
+    // It is about 0.3. In each of 16 parts the field departs from a straight line by 2/8/16^2; the slope of the
+    // extinction is 10, and the bump less than a unit long.
+    close("opacity", opacity[0], 0.0, 10.0 * 2.0 / 8.0 / 256.0);
+}
+
+#[test]
 fn the_cell_quadrature_is_exact_for_straight_functions() {
     // Two Gauss points integrate the cubic of a cell exactly, whatever the field; what remains is rounding. The depth
     // sums at most 24 cells; positions near 16 grid units round by 16·2^-24, and the slope of the noise is below 3.
@@ -415,20 +430,21 @@ fn jitter_keeps_the_optical_depth_unbiased() {
 
 #[test]
 fn a_negative_slope_in_the_file_changes_nothing() {
-    // 1 − v stored with the slope −1 is v. Empty cells and bricks are where the function is 0 at low values.
+    // 255 − v stored with the slope −1 is v. Empty cells and bricks are where the function is 0 at low values.
     let points = "[{ value = 0.6, opacity = 0 }, { value = 0.9, opacity = 1 }]";
-    let values = common::noise(512, 9);
+    let values: Vec<u8> = common::noise(512, 9).iter().map(|v| (v * 255.99) as u8).collect();
+    let volume = |values: Vec<u8>| Volume::new([8; 3], DVec3::ONE, Voxels::U8(values.into())).unwrap();
     for quadrature in QUADRATURES {
         let text = format!(
-            "{}[volume]\nwindow = {{ lo = 0, hi = 1 }}\n[medium]\nsigma_max = 1\n[transfer]\npoints = {points}\n\
+            "{}[volume]\nwindow = {{ lo = 0, hi = 255 }}\n[medium]\nsigma_max = 1\n[transfer]\npoints = {points}\n\
              [method]\nkind = \"emission-absorption\"\ntermination = 0\n{quadrature}\n",
             view(8)
         );
-        let plain = Case::new(&text, volume_f32([8; 3], values.iter().copied())).film();
-        let mut turned = volume_f32([8; 3], values.iter().map(|v| 1.0 - v));
-        (turned.slope, turned.intercept) = (-1.0, 1.0);
+        let plain = Case::new(&text, volume(values.clone())).film();
+        let mut turned = volume(values.iter().map(|v| 255 - v).collect());
+        (turned.slope, turned.intercept) = (-1.0, 255.0);
         for (a, b) in plain.iter().zip(Case::new(&text, turned).film()) {
-            // Stored values differ by 2^-24, and σ by 1/0.3 of that over 16 units of length, in sums of 50 parts.
+            // Window values differ by 2^-24, and σ by 1/0.3 of that over 16 units of length, in sums of 50 parts.
             close(quadrature, b.mean()[3], a.mean()[3], (16.0 / 0.3 + 50.0) * 4.0 * EPS);
         }
     }

@@ -107,6 +107,17 @@ fn values_beyond_the_window_are_clipped() {
 }
 
 #[test]
+fn floats_may_be_of_any_magnitude() {
+    // float32 holds neither the squares of such numbers nor interpolated values between neighbours of 10^6.
+    let dims = [4, 5, 6];
+    for (low, high) in [(1e6, 1e6 + 1.0), (0.0, 1e-27), (0.0, 1e-40), (0.0, 1e25), (-3e38, 3e38)] {
+        let values: Vec<f32> = noise(120, 9).iter().map(|v| (low + v * (high - low)) as f32).collect();
+        let volume = Volume::new(dims, DVec3::new(1.0, 1.25, 0.8), Voxels::F32(values.into())).unwrap();
+        check(&Case::new(&text(dims, [1.0, 0.2, 0.3], ""), volume), &format!("{low} to {high}"));
+    }
+}
+
+#[test]
 fn the_maximum_is_that_of_the_data_whatever_the_slope_of_the_file() {
     let dims = [4, 5, 6];
     for (name, mut volume) in volumes(dims, 9) {

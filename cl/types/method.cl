@@ -12,7 +12,7 @@ struct EmissionAbsorption {
 
 struct Isosurface {
     float4 albedo;
-    float iso;             // stored value of the surface
+    float iso;             // raw value of the surface
     float ambient;
     float diffuse;
     float specular;

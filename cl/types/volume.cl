@@ -8,8 +8,8 @@ struct Volume {
     int4 bricks;         // distance in memory between neighbouring bricks along x, y, z; w: log2 of the cells per edge
     uint row;            // elements per row of the padded buffer
     uint slice;          // elements per slice
-    float value_scale;   // stored value -> window value: v = (raw - value_zero) * value_scale,
-    float value_zero;    // exactly 0 at the window's low end
+    float value_scale;   // raw value -> window value: v = (raw - value_zero) * value_scale, exactly 0 at the
+    float value_zero;    // window's low end. Raw values are those of the file; floats are window values already
     int octant;          // number of bricks: the distance between octants in tables of strides
     uint pad_0;
     uint pad_1;

@@ -5,6 +5,14 @@
 
 use crate::Error;
 use ocl::ffi;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Held while devices are listed and programs are built: PoCL 3.1 loses its devices, or crashes, when threads do so
+/// at the same time.
+pub(super) fn one_at_a_time() -> MutexGuard<'static, ()> {
+    static DRIVER: Mutex<()> = Mutex::new(());
+    DRIVER.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Turns an OpenCL status into an error that names the call and explains the code.
 pub(super) fn check(status: i32, call: &str) -> Result<(), Error> {

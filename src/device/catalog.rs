@@ -72,6 +72,7 @@ pub struct Catalog {
 impl Catalog {
     /// Asks every platform; one that fails becomes a remark, never an error.
     pub fn enumerate() -> Self {
+        let _guard = api::one_at_a_time();
         let mut catalog = Self { devices: Vec::new(), remarks: Vec::new() };
         if api::platform_count() == 0 {
             return catalog;

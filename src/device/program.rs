@@ -70,6 +70,7 @@ impl Program {
     /// # Errors
     /// As [`Program::build`].
     pub fn build_source(device: &Device, source: &str, options: &str) -> Result<Self> {
+        let _guard = api::one_at_a_time();
         let start = Instant::now();
         let entry = cache::Entry::locate(device.info(), source, options);
         if let Some(program) = entry.as_ref().and_then(|entry| from_binary(device, entry, options)) {

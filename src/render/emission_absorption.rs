@@ -4,7 +4,7 @@ use super::medium::{BRICK_STRAIGHT, MediumTable};
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::device::ProgramSpec;
 use crate::scene::{Compositing, Quadrature, Transfer};
-use crate::{Result, device_struct};
+use crate::{Error, Result, device_struct};
 
 device_struct! {
     "types/method.cl",
@@ -40,10 +40,21 @@ pub struct Settings {
     pub termination: f64,
 }
 
+/// Kernels count steps in float32 numbers.
+fn check_steps(steps: f64) -> Result<()> {
+    const MOST: f64 = 16_777_216.0;
+    if steps > MOST {
+        return Err(Error::Input(format!(
+            "the diagonal of the volume takes {steps:.3e} steps, at most 2^24 are possible: increase `method.step`"
+        )));
+    }
+    Ok(())
+}
+
 /// Makes the method ready.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when a 2-D table cannot be read.
+/// [`crate::Error::Input`] when a 2-D table cannot be read, or a ray would take too many steps.
 pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFrame) -> Result<MethodSetup> {
     let scene = input.scene;
     let table = MediumTable::new(&scene.transfer, &scene.medium, input.window, input.local.unit)?;
@@ -56,6 +67,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let (step, jitter, linear) = match settings.quadrature {
         Quadrature::Cell => (None, false, false),
         Quadrature::Step { step, jitter, compositing } => {
+            check_steps(input.local.size().length() / step)?;
             (Some(step), jitter, matches!(compositing, Compositing::Linear))
         }
     };
@@ -77,7 +89,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         pad_1: 0,
         pad_2: 0,
     };
-    let classes = table.classify(input.bricks, input.grid.window());
+    let classes = table.classify(input.bricks, input.grid.device_window());
     let bricks = input.bricks.ranges.len();
     let occupied = classes[..bricks].iter().filter(|&&class| class >= BRICK_STRAIGHT).count();
     let kinks = table.kinks();

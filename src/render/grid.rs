@@ -28,9 +28,9 @@ device_struct! {
         pub row: u32,
         /// Elements per slice of the padded buffer.
         pub slice: u32,
-        /// Window value per stored value.
+        /// Window value per value on the device.
         pub value_scale: f32,
-        /// The stored value whose window value is 0.
+        /// The value on the device whose window value is 0.
         pub value_zero: f32,
         /// Number of bricks: the distance between octants in tables of strides.
         pub octant: i32,
@@ -42,6 +42,10 @@ device_struct! {
         pub pad_2: u32,
     }
 }
+
+/// Window values of floats on the device stay within this: far enough beyond the window to change nothing, and
+/// their squares are float32 numbers.
+const FARTHEST: f64 = 1e18;
 
 /// Which stored values the window maps to 0 and 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +87,7 @@ impl StoredWindow {
     }
 }
 
-/// Lower and upper bound of the stored values that the trilinear field takes in each brick, x fastest.
+/// Lower and upper bound of the values on the device that the trilinear field takes in each brick, x fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BrickRanges {
     /// Bricks per axis.
@@ -146,6 +150,7 @@ impl BrickRanges {
 pub struct Grid<'a> {
     volume: &'a Volume,
     window: StoredWindow,
+    device_window: StoredWindow,
     frame: LocalFrame,
 }
 
@@ -180,29 +185,35 @@ macro_rules! with_voxels {
 /// What the device needs of a voxel type.
 trait Voxel: Pod + Into<f32> + Sync + Send {
     /// The voxel as uploaded.
-    fn cleaned(self, window: &StoredWindow) -> Self;
+    fn on_device(self, window: &StoredWindow) -> Self;
 }
 
 macro_rules! integer_voxel {
-    ($($type:ty),*) => { $(impl Voxel for $type { fn cleaned(self, _: &StoredWindow) -> Self { self } })* };
+    ($($type:ty),*) => { $(impl Voxel for $type { fn on_device(self, _: &StoredWindow) -> Self { self } })* };
 }
 integer_voxel!(u8, i8, u16, i16);
 
+/// Floats become window values: kernels compute in float32, which holds neither a small variation on a large offset
+/// nor the squares of very small or large numbers.
 impl Voxel for f32 {
-    fn cleaned(self, window: &StoredWindow) -> Self {
-        window.clean(self)
+    fn on_device(self, window: &StoredWindow) -> Self {
+        window.value(f64::from(window.clean(self))).clamp(-FARTHEST, FARTHEST) as f32
     }
 }
 
 impl<'a> Grid<'a> {
     /// A grid placed by `frame` and seen through a window in stored values.
     pub fn new(volume: &'a Volume, window: StoredWindow, frame: LocalFrame) -> Self {
-        Self { volume, window, frame }
+        let device_window = match &volume.voxels {
+            Voxels::F32(_) => StoredWindow { zero: 0.0, one: 1.0 },
+            _ => window,
+        };
+        Self { volume, window, device_window, frame }
     }
 
-    /// The window in stored values.
-    pub fn window(&self) -> &StoredWindow {
-        &self.window
+    /// The window in values on the device: stored values, of floats window values.
+    pub fn device_window(&self) -> &StoredWindow {
+        &self.device_window
     }
 
     /// The OpenCL C type of a voxel.
@@ -240,13 +251,13 @@ impl<'a> Grid<'a> {
             pad_2: 0,
             row: nx as u32,
             slice: (nx * ny) as u32,
-            value_scale: (1.0 / (self.window.one - self.window.zero)) as f32,
-            value_zero: self.window.zero as f32,
+            value_scale: (1.0 / (self.device_window.one - self.device_window.zero)) as f32,
+            value_zero: self.device_window.zero as f32,
         }
     }
 
-    /// Copies the voxels to the device, slab by slab, with the border repeated as kernels expect and voxels that are
-    /// not finite replaced.
+    /// Copies the voxels to the device, slab by slab, with the border repeated as kernels expect, voxels that are
+    /// not finite replaced, and floats as window values.
     ///
     /// # Errors
     /// [`crate::Error::Failed`] when the device has no room or fails.
@@ -278,7 +289,7 @@ impl<'a> Grid<'a> {
         let start = (inside(z, nz) * ny + inside(y, ny)) * nx;
         let source = &voxels[start..start + nx];
         for (value, voxel) in target[PAD..PAD + nx].iter_mut().zip(source) {
-            *value = voxel.cleaned(&self.window);
+            *value = voxel.on_device(&self.window);
         }
         let (first, last) = (target[PAD], target[PAD + nx - 1]);
         target[..PAD].fill(first);
@@ -312,7 +323,7 @@ impl<'a> Grid<'a> {
                     for y in extent(brick[1], dims[1]) {
                         let row = (z * dims[1] + y) * dims[0];
                         for x in extent(brick[0], dims[0]) {
-                            let value: f32 = voxels[row + x].cleaned(&self.window).into();
+                            let value: f32 = voxels[row + x].on_device(&self.window).into();
                             low = low.min(value);
                             high = high.max(value);
                         }

@@ -14,7 +14,7 @@ device_struct! {
     pub struct Isosurface {
         /// Colour of the surface.
         pub albedo: [f32; 4],
-        /// Stored value of the surface.
+        /// Value of the surface on the device.
         pub iso: f32,
         /// Factor of the constant term.
         pub ambient: f32,
@@ -57,7 +57,7 @@ pub fn prepare(
         Domain::Normalized => value,
         Domain::Data => (value - lo) / (hi - lo),
     };
-    let iso = input.grid.window().stored(value) as f32;
+    let iso = input.grid.device_window().stored(value) as f32;
     let mut notes = Vec::new();
     let mut lights: Vec<DeviceLight> =
         input.scene.lights.iter().map(|light| device_light(light, input)).collect();

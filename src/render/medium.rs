@@ -143,8 +143,9 @@ impl MediumTable {
     /// The entries at which the table's slope jumps, ascending; the first and the last always count, since beyond
     /// them the table is constant.
     ///
-    /// A kink is a second difference that stands out from those two entries away; a smooth curve (opacity to
-    /// extinction is a logarithm) has none, and Gauss quadrature is accurate on it.
+    /// A kink is a second difference that stands out from those two entries away, or that is large as such:
+    /// kinks may follow each other closely. A smooth curve (opacity to extinction is a logarithm) has none, and
+    /// Gauss quadrature is accurate on it.
     pub fn kinks(&self) -> Vec<u32> {
         let bend = |k: usize, c: usize| -> f64 {
             if k == 0 || k + 1 >= self.size {
@@ -158,7 +159,7 @@ impl MediumTable {
             let ends = k == 0 || k + 1 == self.size;
             ends || (0..4).any(|c| {
                 let around = bend(k.saturating_sub(2), c).max(bend(k + 2, c));
-                bend(k, c) > 4.0 * around + 1e-9 * scale
+                bend(k, c) > (4.0 * around + 1e-9 * scale).min(1e-4 * scale)
             })
         };
         (0..self.size).filter(is_kink).map(|k| k as u32).collect()

@@ -29,7 +29,7 @@ device_struct! {
 /// Makes the method ready.
 pub fn prepare(input: &MethodInput<'_>, color: &MipColor) -> MethodSetup {
     // Where the file's slope is negative, the kernel works on negated stored values.
-    let turned = input.grid.window().one < input.grid.window().zero;
+    let turned = input.grid.device_window().one < input.grid.device_window().zero;
     let upper = |&[low, high]: &[f32; 2]| if turned { -low } else { high };
     let upper: Vec<f32> = input.bricks.ranges.iter().map(upper).collect();
     let (factor, colormap) = match color {
