@@ -114,7 +114,7 @@ INLINE bool gather_points(struct Gathered *g, const struct GridRay *ray, struct 
         return false;
     }
     width = select((float8)(0.0f), width, (int8)(0, 1, 2, 3, 4, 5, 6, 7) < valid);
-    float8 position = clamp(value, 0.0f, 1.0f) * (float)(frame->table_size - 1);
+    float8 position = clamp(value, 0.0f, (float)(frame->table_size - 1));
     int8 index = min(convert_int8(position), (int)frame->table_size - 2);
     float8 fraction = position - convert_float8(index);
     GATHER_LANE(s0) GATHER_LANE(s1) GATHER_LANE(s2) GATHER_LANE(s3)
@@ -226,7 +226,7 @@ INLINE void gather_cell(struct Gathered *g, const struct CellCursor *cursor, con
 
 #else
 
-#define MAX_PARTS 16
+#define MAX_PARTS 24
 #define MAX_KINKS 32
 
 // Adds the part of a cell from s = `from` to `to`, over whose values the table is smooth. `length`: of the whole cell.
@@ -245,11 +245,15 @@ INLINE void gather_smooth(struct Gathered *g, struct Cubic p, float from, float 
     float tau = 0.5f * length * width * both;
     float4 change = fabs(first * second.w - second * first.w) * (4.0f / (both * both));
     float most = max(max(change.x, change.y), change.z);
-    int parts = 1 + (int)min(3.0f * tau * sqrt(most) + 4.0f * most, (float)(MAX_PARTS - 1));
+    float wanted = 1.0f + 3.0f * tau * sqrt(most) + 4.0f * most;
+    int parts = (int)min(wanted, (float)MAX_PARTS);
     if (parts > 1) {
-        width /= (float)parts;
+        // A thick cell is seen by its first few optical depths: parts stay as short as they must be there, and the
+        // last takes what is left.
+        width /= max(wanted, (float)parts);
         for (int part = 0; part < parts; ++part) {
             float start = from + (float)part * width;
+            width = part + 1 < parts ? width : to - start;
             first = medium_of_value(frame, table, cubic_value(p, start + GAUSS_0 * width));
             second = medium_of_value(frame, table, cubic_value(p, start + GAUSS_1 * width));
             gather_gauss(g, first, second, length * width);
@@ -277,7 +281,7 @@ inline void gather_monotone(struct Gathered *g, struct Cubic p, float from, floa
         } else {
             uint entry = kinks.entries[rising ? range.x + cut : range.y - 1 - cut];
             struct Cubic q = p;
-            q.a -= (float)entry / (float)(frame->table_size - 1);
+            q.a -= (float)entry;
             s = bracketed_root(q, from, to, !rising);
         }
         gather_smooth(g, p, from, s, length, frame, table);

@@ -9,7 +9,7 @@ struct Frame {
     uint light_count;
     uint table_size;        // entries of the transfer function's table
     uint table_rows;        // rows of a 2-D table (gradient magnitude), 1 otherwise
-    float gradient_scale;   // s = |gradient of v per local unit| * gradient_scale
+    float gradient_scale;   // gradient of the value (in entries) per local unit -> row of the table
     uint pad_0;
     uint pad_1;
     uint pad_2;

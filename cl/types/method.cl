@@ -4,7 +4,7 @@ struct EmissionAbsorption {
     float min_transmittance; // rays stop below it; 0 = never
     float max_depth;         // the same as an optical depth; infinite = never
     float radiance;          // L0: the transfer function's colours times this
-    float empty_value;       // window values up to this one have no extinction; -inf when there is none
+    float empty_value;       // values (in entries of the table) below this one have no extinction; may be infinite
     uint pad_0;
     uint pad_1;
     uint pad_2;

@@ -3,6 +3,9 @@
 // An entry holds a colour and sigma_t per local unit, each linear between entries. A look-up gives
 // (sigma_t r, sigma_t g, sigma_t b, sigma_t): emission and extinction of the emission-absorption model.
 // TRANSMITTANCE_ONLY: the colours are all black, so an entry is sigma_t alone.
+//
+// With a table, `value_scale` makes window values count entries (0 to size - 1): one rounding less, and values that
+// fall on an entry, as whole numbers often do, fall on it exactly.
 #include "types/frame.cl"
 #include "volume/sampling.cl"
 
@@ -14,9 +17,9 @@ typedef float4 Medium;
 #define medium_sigma(m) ((m).w)
 #endif
 
-// Position of a window value in the table: whole part in *index (at most size - 2), fraction returned.
+// A value as a place in the table: whole part in *index (at most size - 2), fraction returned.
 INLINE float table_position(float value, uint size, int *index) {
-    float x = clamp(value, 0.0f, 1.0f) * (float)(size - 1);
+    float x = clamp(value, 0.0f, (float)(size - 1));
     *index = min((int)x, (int)size - 2);
     return x - (float)*index;
 }
@@ -88,13 +91,13 @@ struct Kinks {
     __global const uint *entries; // the kinks, ascending
 };
 
-// The kinks between two window values: indices first <= k < last into `entries`.
+// The kinks between two values: indices first <= k < last into `entries`.
 INLINE int2 kinks_between(__constant struct Frame *frame, struct Kinks kinks, float lo, float hi) {
     int i, j;
     table_position(lo, frame->table_size, &i);
     table_position(hi, frame->table_size, &j);
     int first = lo < 0.0f ? 0 : (int)kinks.before[i];
-    int last = hi < 0.0f ? 0 : (int)kinks.before[hi >= 1.0f ? (int)frame->table_size - 1 : j];
+    int last = hi < 0.0f ? 0 : (int)kinks.before[hi >= (float)(frame->table_size - 1) ? (int)frame->table_size - 1 : j];
     return (int2)(first, last);
 }
 #endif

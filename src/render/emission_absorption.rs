@@ -18,7 +18,7 @@ device_struct! {
         pub max_depth: f32,
         /// Factor of the transfer function's colours.
         pub radiance: f32,
-        /// Window values below this one have no extinction.
+        /// Values (in entries of the table) below this one have no extinction.
         pub empty_value: f32,
         /// Padding.
         pub pad_0: u32,
@@ -62,7 +62,8 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     frame.table_rows = table.rows as u32;
     let gradient_max =
         if let Transfer::TwoD(two_d) = &scene.transfer { Some(two_d.gradient_max) } else { None };
-    frame.gradient_scale = gradient_max.map_or(0.0, |max| (1.0 / max) as f32);
+    let rows_per_gradient = |max: f64| (table.rows - 1) as f64 / (max * table.intervals());
+    frame.gradient_scale = gradient_max.map_or(0.0, |max| rows_per_gradient(max) as f32);
 
     let (step, jitter, linear) = match settings.quadrature {
         Quadrature::Cell => (None, false, false),
@@ -89,7 +90,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         pad_1: 0,
         pad_2: 0,
     };
-    let classes = table.classify(input.bricks, input.grid.device_window());
+    let classes = table.classify(input.bricks, input.grid);
     let bricks = input.bricks.ranges.len();
     let occupied = classes[..bricks].iter().filter(|&&class| class >= BRICK_STRAIGHT).count();
     let kinks = table.kinks();
@@ -107,6 +108,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
             HostBuffer::new("kinks before each entry", &table.kinks_before(&kinks)),
             HostBuffer::new("kinks of the transfer function", &kinks),
         ],
+        value_units: table.intervals(),
         random: jitter,
         lanes: step.is_some() || gradient_max.is_some(),
         has_depth: false,

@@ -216,6 +216,16 @@ impl<'a> Grid<'a> {
         &self.device_window
     }
 
+    /// The kernel's values per value on the device, when a window value of 1 is `value_units`.
+    fn value_scale(&self, value_units: f64) -> f32 {
+        (value_units / (self.device_window.one - self.device_window.zero)) as f32
+    }
+
+    /// The kernel's value of a value on the device, computed as the kernel does.
+    pub fn kernel_value(&self, device_value: f32, value_units: f64) -> f64 {
+        f64::from((device_value - self.device_window.zero as f32) * self.value_scale(value_units))
+    }
+
     /// The OpenCL C type of a voxel.
     pub fn device_type(&self) -> &'static str {
         match &self.volume.voxels {
@@ -236,8 +246,8 @@ impl<'a> Grid<'a> {
         (self.padded().iter().map(|&n| n as u64).product(), self.volume.voxels.voxel_type().bytes())
     }
 
-    /// The grid's description for kernels that use `bricks`.
-    pub fn describe(&self, bricks: &BrickRanges) -> DeviceVolume {
+    /// The grid's description for kernels that use `bricks` and in which a window value of 1 is `value_units`.
+    pub fn describe(&self, bricks: &BrickRanges, value_units: f64) -> DeviceVolume {
         let [nx, ny, _] = self.padded();
         let [x, y, z] = self.volume.dims.map(|n| n as i32);
         let [bx, by, bz] = bricks.counts.map(|n| n as i32);
@@ -251,7 +261,7 @@ impl<'a> Grid<'a> {
             pad_2: 0,
             row: nx as u32,
             slice: (nx * ny) as u32,
-            value_scale: (1.0 / (self.device_window.one - self.device_window.zero)) as f32,
+            value_scale: self.value_scale(value_units),
             value_zero: self.device_window.zero as f32,
         }
     }

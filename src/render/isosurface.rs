@@ -92,6 +92,7 @@ pub fn prepare(
             HostBuffer { name: "brick strides", bytes: strides(input.bricks, iso) },
             HostBuffer::new("lights", &lights),
         ],
+        value_units: 1.0,
         random: false,
         lanes: false,
         has_depth: true,

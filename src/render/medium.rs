@@ -1,6 +1,6 @@
 //! The transfer function on the device, and what bounds it.
 
-use super::grid::{BrickRanges, StoredWindow};
+use super::grid::{BrickRanges, Grid};
 use crate::Result;
 use crate::scene::{Medium, Transfer};
 use crate::transfer::{TransferFunction1d, TransferFunction2d, sigma_table};
@@ -56,19 +56,25 @@ impl MediumTable {
 
     /// The largest extinction over all values, per local unit.
     pub fn max_sigma(&self) -> f64 {
-        self.max_between(0.0, 1.0)
+        self.max_between(0.0, self.intervals())
     }
 
-    /// A bound of the extinction over window values between `a` and `b`; exact up to the device's rounding.
+    /// The intervals of the value axis: what a window value of 1 is, counted in entries.
+    pub fn intervals(&self) -> f64 {
+        (self.size - 1) as f64
+    }
+
+    /// A bound of the extinction over values (counted in entries) between `a` and `b`; exact up to the device's
+    /// rounding.
     ///
     /// The table is piecewise linear, so the maximum lies at the ends or at an entry between them. The device
     /// interpolates in float32, so an interval is widened by a thousandth of an entry; a single value is not: a
     /// field that is constant over a cell is interpolated without rounding.
     pub fn max_between(&self, a: f64, b: f64) -> f64 {
-        let last = (self.size - 1) as f64;
+        let last = self.intervals();
         let margin = if a == b { 0.0 } else { 1e-3 };
-        let low = (a.min(b) * last - margin).clamp(0.0, last);
-        let high = (a.max(b) * last + margin).clamp(0.0, last);
+        let low = (a.min(b) - margin).clamp(0.0, last);
+        let high = (a.max(b) + margin).clamp(0.0, last);
         let ends = self.sigma_at(low).max(self.sigma_at(high));
         let (first, end) = (low.ceil() as usize, high.floor() as usize + 1);
         if first >= end {
@@ -87,22 +93,22 @@ impl MediumTable {
         columns[index] * (1.0 - fraction) + columns[index + 1] * fraction
     }
 
-    /// The window value below which there is no extinction; negative infinity when there is at value 0 already.
+    /// The value (in entries) below which there is no extinction; negative infinity when there is at 0 already.
     pub fn empty_value(&self) -> f64 {
         match self.maxima[0].iter().position(|&sigma| sigma > 0.0) {
             Some(0) => f64::NEG_INFINITY,
             // A thousandth of an entry below, for the device's rounding.
-            Some(first) => ((first - 1) as f64 - 1e-3) / (self.size - 1) as f64,
+            Some(first) => (first - 1) as f64 - 1e-3,
             None => f64::INFINITY,
         }
     }
 
     /// What the table does over the values of each brick, per octant of ray directions: `BRICK_STRAIGHT`,
     /// `BRICK_BENT`, or for a brick without extinction how many bricks a ray can stride over.
-    pub fn classify(&self, bricks: &BrickRanges, window: &StoredWindow) -> Vec<u8> {
+    pub fn classify(&self, bricks: &BrickRanges, grid: &Grid<'_>) -> Vec<u8> {
         let kinks = self.kinks_before(&self.kinks());
-        let values = |&[low, high]: &[f32; 2]| {
-            let (a, b) = (window.value(f64::from(low)), window.value(f64::from(high)));
+        let values = |range: &[f32; 2]| {
+            let [a, b] = range.map(|value| grid.kernel_value(value, self.intervals()));
             (a.min(b), a.max(b))
         };
         let occupied = |range: &[f32; 2]| {
@@ -119,13 +125,12 @@ impl MediumTable {
         classes
     }
 
-    /// Whether the table is one straight line between two window values, with a margin for the device's rounding.
+    /// Whether the table is one straight line between two values, with a margin for the device's rounding.
     fn is_straight(&self, kinks: &[u32], low: f64, high: f64) -> bool {
-        let last = (self.size - 1) as f64;
-        let (first, end) = (low * last - 1e-3, high * last + 1e-3);
-        let inside = low >= 0.0 && high <= 1.0;
+        let last = self.intervals();
+        let inside = low >= 0.0 && high <= last;
         let entry = |position: f64| kinks[(position.clamp(0.0, last) as usize).min(self.size - 2)];
-        inside && entry(first) == entry(end)
+        inside && entry(low - 1e-3) == entry(high + 1e-3)
     }
 
     /// The entries as the device reads them: four floats, or the extinction alone.
@@ -154,12 +159,13 @@ impl MediumTable {
             let [a, b, d] = [k - 1, k, k + 1].map(|i| self.entries[i][c]);
             (a - 2.0 * b + d).abs()
         };
-        let scale = self.entries.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let largest = |c: usize| self.entries.iter().fold(0.0_f64, |m, entry| m.max(entry[c].abs()));
+        let scale: [f64; 4] = std::array::from_fn(largest);
         let is_kink = |&k: &usize| {
             let ends = k == 0 || k + 1 == self.size;
             ends || (0..4).any(|c| {
                 let around = bend(k.saturating_sub(2), c).max(bend(k + 2, c));
-                bend(k, c) > (4.0 * around + 1e-9 * scale).min(1e-4 * scale)
+                bend(k, c) > (4.0 * around + 1e-9 * scale[c]).min(1e-4 * scale[c])
             })
         };
         (0..self.size).filter(is_kink).map(|k| k as u32).collect()

@@ -29,7 +29,7 @@ device_struct! {
         pub table_size: u32,
         /// Rows of a 2-D table, 1 otherwise.
         pub table_rows: u32,
-        /// Gradient of the window value per local unit to the table's gradient axis.
+        /// Row of the table per gradient of the value (in entries) per local unit.
         pub gradient_scale: f32,
         /// Padding.
         pub pad_0: u32,
@@ -65,6 +65,8 @@ pub struct MethodSetup {
     pub parameters: HostBuffer,
     /// What the kernel reads between the voxels and the environment map, in argument order.
     pub tables: Vec<HostBuffer>,
+    /// The kernel's unit of values per window value: 1, or the intervals of its table.
+    pub value_units: f64,
     /// Whether a ray's result depends on random numbers of the method's own.
     pub random: bool,
     /// Whether the kernel has a form that works on eight samples at a time (`LANES`).

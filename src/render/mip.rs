@@ -54,6 +54,7 @@ pub fn prepare(input: &MethodInput<'_>, color: &MipColor) -> MethodSetup {
         kernel: "render_mip",
         parameters: HostBuffer::new("method parameters", &[parameters]),
         tables: vec![HostBuffer::new("brick maxima", &upper), HostBuffer::new("colour map", &colormap)],
+        value_units: 1.0,
         random: false,
         lanes: false,
         has_depth: true,
