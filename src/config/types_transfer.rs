@@ -126,8 +126,10 @@ pub enum ColorMap {
     Ct,
 }
 
+/// Four intervals per value of 8-bit data, so that those, and multiples of 1/20, fall on entries.
+/// Four intervals per value of 8-bit data, so that those and multiples of 1/20 fall on entries.
 fn default_entries() -> u32 {
-    1024
+    1021
 }
 
 fn one() -> f64 {

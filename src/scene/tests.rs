@@ -49,7 +49,7 @@ fn defaults() {
     );
     assert_eq!(scene.medium, Medium::Extinction { sigma_max: 40.0 });
     let Transfer::OneD(transfer) = scene.transfer else { panic!("one-dimensional") };
-    assert_eq!((transfer.domain, transfer.colormap, transfer.resolution), (Domain::Normalized, None, 1024));
+    assert_eq!((transfer.domain, transfer.colormap, transfer.resolution), (Domain::Normalized, None, 1021));
     assert_eq!(transfer.points, [0.0, 1.0].map(|value| Point { value, opacity: value, color: None }));
     assert_eq!((scene.lights, scene.background), (vec![], Background::Constant([0.0; 3])));
     let method =
