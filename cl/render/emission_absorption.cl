@@ -26,6 +26,7 @@ struct Gathered {
 #else
     float3 radiance;
     float transmittance;
+    float opacity; // 1 - transmittance, without the cancellation where the medium is thin
 #endif
     uint lookups;
 };
@@ -35,6 +36,14 @@ INLINE float gathered_transmittance(const struct Gathered *g) {
     return exp(-g->depth);
 #else
     return g->transmittance;
+#endif
+}
+
+INLINE float gathered_opacity(const struct Gathered *g) {
+#ifdef TRANSMITTANCE_ONLY
+    return g->depth * mean_transmittance(g->depth);
+#else
+    return g->opacity < 0.5f ? g->opacity : 1.0f - g->transmittance;
 #endif
 }
 
@@ -54,6 +63,7 @@ INLINE void gather(struct Gathered *g, float length, Medium mean) {
     float share = mean_transmittance(tau);
 #endif
     g->radiance += (g->transmittance * length * share) * mean.xyz;
+    g->opacity += g->transmittance * tau * share;
     g->transmittance *= 1.0f - tau * share;
 #endif
 }
@@ -376,6 +386,7 @@ __kernel void render_emission_absorption(__constant struct Frame *frame, __const
 #else
         g.radiance = (float3)(0.0f);
         g.transmittance = 1.0f;
+        g.opacity = 0.0f;
 #endif
         if (grid.t1 > grid.t0) {
 #ifdef STEP
@@ -394,7 +405,7 @@ __kernel void render_emission_absorption(__constant struct Frame *frame, __const
 #ifndef TRANSMITTANCE_ONLY
         radiance += method->radiance * g.radiance;
 #endif
-        film_add(&accumulated, (float4)(radiance, 1.0f - transmittance), -1.0f, g.lookups);
+        film_add(&accumulated, (float4)(radiance, gathered_opacity(&g)), -1.0f, g.lookups);
     }
     film[pixel] = accumulated;
 }
