@@ -81,7 +81,9 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     if !arguments.quiet {
         plan.notes.iter().for_each(|note| say(&format!("note: {note}")));
     }
-    let mut session = Session::new(Device::open(info)?, &plan)?;
+    let requested = Arc::clone(&interrupt);
+    let mut session =
+        Session::new(Device::open(info)?, &plan).map_err(|error| or_interrupted(&requested, error))?;
     let stop = stop_rules(arguments, &scene);
     let mut watcher = Watcher {
         plan: &plan,
@@ -95,7 +97,7 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     };
     let ended = run_progressive(&mut session, &plan, &stop, &mut watcher);
     watcher.view.finish();
-    let ended = ended?;
+    let ended = ended.map_err(|error| or_interrupted(&requested, error))?;
     if ended == Ended::Interrupted && session.progress().samples == 0 {
         // A picture with holes must not replace an older one.
         say("interrupted before the first sample of every pixel was done; nothing was written");
@@ -148,11 +150,30 @@ fn watch_interrupt() -> Result<Arc<AtomicBool>> {
     ctrlc::set_handler(move || {
         if set.swap(true, Ordering::Relaxed) {
             // A second request does not wait for the image.
-            std::process::exit(130);
+            leave_now(130);
         }
     })
     .map_err(|error| Error::Failed(format!("cannot watch for Ctrl-C: {error}")))?;
     Ok(flag)
+}
+
+/// Ends the process without running exit handlers: those of an OpenCL driver do not expect its other threads to be in
+/// the middle of a build, and turn the exit code into their own.
+fn leave_now(code: i32) -> ! {
+    #[cfg(unix)]
+    signal_hook::low_level::exit(code);
+    #[cfg(not(unix))]
+    std::process::exit(code);
+}
+
+/// A failure after an interrupt is the interrupt's: drivers give up builds and launches when a signal ends one of
+/// their system calls.
+fn or_interrupted(requested: &AtomicBool, error: Error) -> Error {
+    if !requested.load(Ordering::Relaxed) {
+        return error;
+    }
+    say(&format!("interrupted; the device gave up: {error}"));
+    Error::Interrupted
 }
 
 struct Watcher<'a> {
