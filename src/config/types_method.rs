@@ -84,7 +84,7 @@ pub enum Domain {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum QuadratureConfig {
-    /// Exactly per cell of the trilinear field.
+    /// Cell by cell of the trilinear field, cut at the kinks of the transfer function: no step to choose.
     #[default]
     Cell,
     /// Midpoint rule at a fixed step.
