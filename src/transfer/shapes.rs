@@ -140,8 +140,8 @@ mod tests {
         for (got, expected) in emission.into_iter().zip([1.0, 4.0, 3.0]) {
             assert!((got - expected).abs() < 1e-14, "{emission:?}");
         }
-        let ([.., opacity], outside) = entry(&[below, above], [0.5, 0.9]);
-        assert_eq!((opacity, outside), (0.0, below.emission), "the rectangle is nearer there or as near");
+        let ([.., opacity], outside) = entry(&[below, above], [0.9, 0.9]);
+        assert_eq!((opacity, outside), (0.0, below.emission), "the rectangle is nearer");
         assert_eq!(paint(&[below], [2, 2]).emission, Some(vec![below.emission; 4]));
         assert_eq!(paint(&[shape(Outline::Ellipse, 0.0)], [2, 2]).emission, None);
     }
