@@ -10,10 +10,14 @@ macro_rules! embed {
 
 /// Every file of `cl/`, by its path below that folder.
 const FILES: &[(&str, &str)] = embed![
+    "common/directions.cl",
+    "common/exponential.cl",
     "common/inline.cl",
     "common/numeric.cl",
+    "common/phase.cl",
     "common/rng.cl",
     "common/sobol.cl",
+    "common/stream.cl",
     "film/accumulate.cl",
     "render/background.cl",
     "render/camera.cl",
@@ -26,6 +30,7 @@ const FILES: &[(&str, &str)] = embed![
     "types/frame.cl",
     "types/light.cl",
     "types/method.cl",
+    "types/phase.cl",
     "types/volume.cl",
     "volume/bricks.cl",
     "volume/cell.cl",

@@ -10,6 +10,7 @@
 //! - [`quadrature`]: Gauss–Legendre rules
 //! - [`medium`], [`emission_absorption`]: the transfer function and the integral along a ray
 //! - [`mip`], [`isosurface`]: the largest value, the first surface and its shading
+//! - [`phase`]: phase functions
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
 
@@ -21,6 +22,7 @@ pub mod film;
 pub mod isosurface;
 pub mod medium;
 pub mod mip;
+pub mod phase;
 pub mod quadrature;
 pub mod random;
 pub mod sobol;
