@@ -47,7 +47,8 @@ pub fn normal(field: &Field, point: DVec3, view_direction: DVec3) -> DVec3 {
 }
 
 /// Radiance of a surface point: ambient·albedo + Σ E·(diffuse·albedo·cos θ + specular·(n·h)^shininess)/π, where E is
-/// the irradiance perpendicular to the light. Without lights, irradiance π arrives along the view.
+/// the irradiance perpendicular to the light (of a rectangle: as if all of it were at its centre). Without lights,
+/// irradiance π arrives along the view.
 pub fn shade(
     material: &Material,
     lights: &[Light],
@@ -65,6 +66,11 @@ pub fn shade(
                 (to.normalize(), intensity.map(|i| i / to.length_squared()))
             }
             Light::Directional { direction, irradiance } => (-direction.normalize(), irradiance),
+            Light::Rectangle { centre, edge_u, edge_v, radiance } => {
+                let to = centre - point;
+                let facing = edge_u.cross(edge_v).dot(-to.normalize()).max(0.0);
+                (to.normalize(), radiance.map(|l| l * facing / to.length_squared()))
+            }
         };
         let cosine = normal.dot(to_light);
         if cosine <= 0.0 {
