@@ -8,79 +8,91 @@
 
 #define INV_4PI 0.0795774715f
 
+struct Cosines {
+    Reals minus; // 1 - mu
+    Reals plus;  // 1 + mu
+};
+
+INLINE struct Cosines cosines(Reals minus, Reals plus) {
+    struct Cosines c;
+    c.minus = minus;
+    c.plus = plus;
+    return c;
+}
+
 #if defined(PHASE_HG) || defined(PHASE_TWO_LOBE)
 // (1 - g^2) / (4 pi (1 + g^2 - 2 g mu)^(3/2)), whose bracket is a sum of two positive terms here.
-INLINE float henyey_greenstein(float g, float2 cosine) {
-    float h = fabs(g);
-    float narrow = 1.0f - h;
-    float bracket = narrow * narrow + 2.0f * h * (g < 0.0f ? cosine.y : cosine.x);
+INLINE Reals henyey_greenstein(Reals g, struct Cosines cosine) {
+    Reals h = fabs(g);
+    Reals narrow = 1.0f - h;
+    Reals bracket = narrow * narrow + 2.0f * h * PICK(cosine.minus, cosine.plus, g < 0.0f);
     return INV_4PI * narrow * (1.0f + h) / (bracket * sqrt(bracket));
 }
 
 // The inverse of the distribution function, without a division by g: with h = |g| and q = 1 - h + 2 h u,
 // 1 - mu = 2 ((1 - h) / q)^2 (1 - u) (1 + h u) and 1 + mu = 2 ((1 + h) / q)^2 u (1 - h + h u).
-INLINE float2 henyey_greenstein_cosine(float g, float u) {
-    float h = fabs(g);
-    float narrow = 1.0f - h;
-    float inverse = 1.0f / (narrow + 2.0f * h * u);
-    float a = narrow * inverse;
-    float b = (1.0f + h) * inverse;
-    float2 cosine = (float2)(2.0f * a * a * (1.0f - u) * (1.0f + h * u), 2.0f * b * b * u * (narrow + h * u));
-    return g < 0.0f ? cosine.yx : cosine;
+INLINE struct Cosines henyey_greenstein_cosines(Reals g, Reals u) {
+    Reals h = fabs(g);
+    Reals narrow = 1.0f - h;
+    Reals inverse = 1.0f / (narrow + 2.0f * h * u);
+    Reals a = narrow * inverse;
+    Reals b = (1.0f + h) * inverse;
+    Reals minus = 2.0f * a * a * (1.0f - u) * (1.0f + h * u);
+    Reals plus = 2.0f * b * b * u * (narrow + h * u);
+    Ints backwards = g < 0.0f;
+    return cosines(PICK(minus, plus, backwards), PICK(plus, minus, backwards));
 }
 #endif
 
-// The phase function at (1 - mu, 1 + mu).
-INLINE float phase_at(struct Phase p, float2 cosine) {
+// The phase function at a cosine.
+INLINE Reals phase_at(struct Phase p, struct Cosines cosine) {
 #if defined(PHASE_ISOTROPIC)
-    return INV_4PI;
+    return (Reals)(INV_4PI);
 #elif defined(PHASE_HG)
-    return henyey_greenstein(p.g0, cosine);
+    return henyey_greenstein((Reals)(p.g0), cosine);
 #elif defined(PHASE_RAYLEIGH)
-    float mu = 0.5f * (cosine.y - cosine.x);
+    Reals mu = 0.5f * (cosine.plus - cosine.minus);
     return 0.75f * INV_4PI * (1.0f + mu * mu);
 #elif defined(PHASE_TWO_LOBE)
-    return p.weight * henyey_greenstein(p.g0, cosine) + (1.0f - p.weight) * henyey_greenstein(p.g1, cosine);
+    return p.weight * henyey_greenstein((Reals)(p.g0), cosine)
+        + (1.0f - p.weight) * henyey_greenstein((Reals)(p.g1), cosine);
 #else
 #error "no phase function is defined"
 #endif
 }
 
-INLINE float phase_value(struct Phase p, float mu) {
-    return phase_at(p, (float2)(1.0f - mu, 1.0f + mu));
+// The phase function between unit directions, right to rounding at any angle.
+INLINE Reals phase_between(struct Phase p, struct Points a, struct Points b) {
+    struct Points minus = points(a.x - b.x, a.y - b.y, a.z - b.z);
+    struct Points plus = points(a.x + b.x, a.y + b.y, a.z + b.z);
+    return phase_at(p, cosines(0.5f * (minus.x * minus.x + minus.y * minus.y + minus.z * minus.z),
+        0.5f * (plus.x * plus.x + plus.y * plus.y + plus.z * plus.z)));
 }
 
-// The phase function between two unit directions, right to rounding at any angle.
-INLINE float phase_between(struct Phase p, float4 a, float4 b) {
-    float4 minus = a - b;
-    float4 plus = a + b;
-    return phase_at(p, 0.5f * (float2)(dot(minus, minus), dot(plus, plus)));
-}
-
-// A direction that follows the phase function after `direction`, and its density in 1/sr; u in [0, 1)^2.
-INLINE float4 phase_sample(struct Phase p, float4 direction, float2 u, float *pdf) {
+// Directions that follow the phase function after `direction`, and their densities in 1/sr; u, v in [0, 1).
+INLINE struct Points phase_sample(struct Phase p, struct Points direction, Reals u, Reals v, Reals *pdf) {
 #if defined(PHASE_ISOTROPIC)
-    *pdf = INV_4PI;
-    return uniform_direction(u);
+    *pdf = (Reals)(INV_4PI);
+    return uniform_directions(u, v);
 #else
 #if defined(PHASE_RAYLEIGH)
     // mu^3 + 3 mu = 2 h: Cardano's c - 1/c with c^3 = h + sqrt(h^2 + 1), written without its difference.
-    float h = 4.0f * u.x - 2.0f;
-    float c = cbrt(fabs(h) + sqrt(h * h + 1.0f));
-    float s = c * c;
-    float mu = 2.0f * h * s / (s * (s + 1.0f) + 1.0f);
+    Reals h = 4.0f * u - 2.0f;
+    Reals c = cbrt(fabs(h) + sqrt(h * h + 1.0f));
+    Reals s = c * c;
+    Reals mu = 2.0f * h * s / (s * (s + 1.0f) + 1.0f);
     mu = clamp(mu, -1.0f, 1.0f);
-    float2 cosine = (float2)(1.0f - mu, 1.0f + mu);
+    struct Cosines cosine = cosines(1.0f - mu, 1.0f + mu);
 #elif defined(PHASE_TWO_LOBE)
-    // u.x chooses the lobe, and where it lies in the lobe's share is uniform again.
-    bool first = u.x < p.weight;
-    float share = first ? p.weight : 1.0f - p.weight;
-    float rest = min((first ? u.x : u.x - p.weight) / share, 1.0f);
-    float2 cosine = henyey_greenstein_cosine(first ? p.g0 : p.g1, rest);
+    // u chooses the lobe, and where it lies in the lobe's share is uniform again.
+    Ints first = u < p.weight;
+    Reals share = PICK((Reals)(1.0f - p.weight), (Reals)(p.weight), first);
+    Reals rest = min(PICK(u - p.weight, u, first) / share, 1.0f);
+    struct Cosines cosine = henyey_greenstein_cosines(PICK((Reals)(p.g1), (Reals)(p.g0), first), rest);
 #else
-    float2 cosine = henyey_greenstein_cosine(p.g0, u.x);
+    struct Cosines cosine = henyey_greenstein_cosines((Reals)(p.g0), u);
 #endif
     *pdf = phase_at(p, cosine);
-    return turned(direction, 0.5f * (cosine.y - cosine.x), sqrt(cosine.x * cosine.y), u.y);
+    return turned(direction, 0.5f * (cosine.plus - cosine.minus), sqrt(cosine.minus * cosine.plus), v);
 #endif
 }

@@ -52,7 +52,6 @@ struct Tally {
 
 // What paths read besides the medium.
 struct Surroundings {
-    __constant struct Camera *camera;
     __global const float4 *colors;
     __global const float4 *emissions;
     __global const struct Light *lights;
@@ -72,6 +71,15 @@ INLINE void path_block(struct PathLanes *path, const struct MediumTables *m, uin
     words[3] = (path->path << 8) | RNG_PATH;
     philox_lanes(words, (uint2)(m->frame->seed_low, m->frame->seed_high));
     path->block += PICK((Words)(0u), (Words)(1u), mask);
+}
+
+INLINE struct Phase phase_parameters(const struct MediumTables *m) {
+    struct Phase phase;
+    phase.g0 = m->method->phase.x;
+    phase.g1 = m->method->phase.y;
+    phase.weight = m->method->phase.z;
+    phase.pad = 0.0f;
+    return phase;
 }
 
 INLINE struct Points to_grid(__constant struct Volume *volume, struct Points p) {

@@ -3,6 +3,7 @@ struct Scattering {
     float4 low;              // low corner of what can hold extinction, grid coordinates
     float4 high;             // high corner
     float4 albedo;           // constant single-scattering albedo (CONSTANT_ALBEDO)
+    float4 phase;            // mean cosines of the lobes, share of the first one
     float4 extinction;       // extinction per channel relative to sigma_t (CHROMATIC), largest 1
     float majorant_scale;    // factor of the majorants, >= 1
     float camera_threshold;  // above this transmittance a tentative collision of a camera ray scatters a part of it,
@@ -13,7 +14,7 @@ struct Scattering {
     float ramp_offset;       // extinction = offset + slope * value (SIGMA_RAMP)
     float ramp_slope;
     float roulette_start;    // throughput below which paths play Russian roulette
-    uint max_order;          // largest number of scatterings, 0xffffffff for no limit
+    int max_order;           // largest number of scatterings, 2^31 - 1 for no limit
     uint paths;              // paths per sample and pixel
     uint pad_0;
 };

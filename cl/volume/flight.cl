@@ -6,9 +6,9 @@
 // unbiased estimate of the transmittance; the parts taken, of which one is kept at random in proportion, are one of the
 // collision density. `taken` + `through` is 1 exactly, whatever the medium and its majorant.
 #include "common/exponential.cl"
-#include "common/lanes.cl"
+#include "common/random_lanes.cl"
 #include "types/path.cl"
-#include "volume/transfer.cl"
+#include "volume/tables.cl"
 
 // Bounds per brick: majorant and minorant; -k as majorant: all bricks less than k away are empty.
 typedef float2 BrickBound;
@@ -98,8 +98,28 @@ struct FlightLanes {
     Reals share[TRACKED];    // weights of the kept collision relative to their mean
     struct Points place;     // of the kept collision, grid coordinates
     Reals distance;          // its t
-    Reals value;             // its window value in entries of the table
+    Reals value;             // its place in the transfer function: window value in entries of the table
+    Reals row;               // ... and row of a 2-D one
 };
+
+// What is left of a ray, in a channel of light.
+INLINE Reals through_of(const struct FlightLanes *f, int channel) {
+    return f->through[TRACKED == 1 ? 0 : channel];
+}
+
+// The weight of the kept collision in a channel of light.
+INLINE Reals collided_of(const struct FlightLanes *f, int channel) {
+    return f->taken * f->share[TRACKED == 1 ? 0 : channel];
+}
+
+// The extinction of a tracked channel relative to sigma_t.
+INLINE float channel_extinction(const struct MediumTables *m, int channel) {
+#ifdef CHROMATIC
+    return channel == 0 ? m->method->extinction.x : channel == 1 ? m->method->extinction.y : m->method->extinction.z;
+#else
+    return 1.0f;
+#endif
+}
 
 #ifndef CONSTANT_SIGMA
 
@@ -174,6 +194,19 @@ INLINE void travel(struct FlightLanes *f, const struct RayLanes *ray, const stru
     f->state = PICK(PICK(f->state, (Ints)(ARRIVED), arrived), (Ints)(TENTATIVE), hit);
 }
 
+#elif !defined(CLOSED_FORM)
+
+// The same where the medium is one brick.
+INLINE void travel(struct FlightLanes *f, const struct RayLanes *ray, const struct MediumTables *m) {
+    Ints travelling = f->state == TRAVELLING;
+    Reals rate = m->method->sigma * f->scale;
+    Reals t = f->t + f->depth / rate;
+    Ints hit = travelling & (t < f->end);
+    f->t = PICK(f->t, t, hit);
+    f->majorant = PICK(f->majorant, rate, hit);
+    f->state = PICK(PICK(f->state, (Ints)(ARRIVED), travelling), (Ints)(TENTATIVE), hit);
+}
+
 #endif
 
 // Where a tentative collision is: inside its brick, whatever rounding does, so that the majorant holds.
@@ -192,20 +225,23 @@ INLINE struct Points flight_points(const struct FlightLanes *f, const struct Ray
 }
 
 // Extinction at points in grid coordinates, and the window values (in entries of the table) there.
-INLINE Reals sigma_lanes(const struct MediumTables *m, struct Points p, Reals *value) {
+INLINE Reals sigma_lanes(const struct MediumTables *m, struct Points p, Reals *value,
+    Reals *row) {
+    *row = (Reals)(0.0f);
 #if defined(CONSTANT_SIGMA)
     *value = (Reals)(0.0f);
     return (Reals)(m->method->sigma);
-#elif defined(TF_2D) || WIDTH == 1
+#elif defined(TF_2D) || (WIDTH == 1 && !defined(SIGMA_RAMP))
     RealLanes x = real_lanes(p.x);
     RealLanes y = real_lanes(p.y);
     RealLanes z = real_lanes(p.z);
-    RealLanes sigma, values;
+    RealLanes sigma, values, rows;
     for (int i = 0; i < WIDTH; ++i) {
         sigma.lane[i] = sigma_at(m->frame, m->volume, m->voxels, m->sigmas,
-            (float4)(x.lane[i], y.lane[i], z.lane[i], 0.0f), &values.lane[i]);
+            (float4)(x.lane[i], y.lane[i], z.lane[i], 0.0f), &values.lane[i], &rows.lane[i]);
     }
     *value = values.all;
+    *row = rows.all;
     return sigma.all;
 #else
     *value = (sample_raw_lanes(m->volume, m->voxels, p) - m->volume->value_zero) * m->volume->value_scale;
@@ -226,22 +262,13 @@ INLINE Reals sigma_lanes(const struct MediumTables *m, struct Points p, Reals *v
 #endif
 }
 
-// The extinction of each tracked channel relative to sigma_t.
-INLINE float channel_extinction(const struct MediumTables *m, int channel) {
-#ifdef CHROMATIC
-    return channel == 0 ? m->method->extinction.x : channel == 1 ? m->method->extinction.y : m->method->extinction.z;
-#else
-    return 1.0f;
-#endif
-}
-
 // Takes part in the tentative collisions of `mask`; four random words each. *above: lanes with extinction above the
 // majorant.
 INLINE void collide(struct FlightLanes *f, const struct RayLanes *ray, const struct MediumTables *m, Ints mask,
     const Words random[4], Ints *above, Ints *collided) {
     struct Points p = flight_points(f, ray, m->volume);
-    Reals value;
-    Reals part = sigma_lanes(m, p, &value) / f->majorant;
+    Reals value, row;
+    Reals part = sigma_lanes(m, p, &value, &row) / f->majorant;
     *above = mask & (part > 1.0f);
     // What would be taken of each channel, and of their mean.
     Reals left = (Reals)(0.0f);
@@ -283,6 +310,7 @@ INLINE void collide(struct FlightLanes *f, const struct RayLanes *ray, const str
     f->place = pick_points(f->place, p, keeps);
     f->distance = PICK(f->distance, f->t, keeps);
     f->value = PICK(f->value, value, keeps);
+    f->row = PICK(f->row, row, keeps);
     f->depth = PICK(f->depth, exponential_lanes(random[0]), mask);
     left = zero;
     for (int c = 0; c < TRACKED; ++c) {
@@ -290,4 +318,111 @@ INLINE void collide(struct FlightLanes *f, const struct RayLanes *ray, const str
     }
     f->state = PICK(f->state, PICK((Ints)(ARRIVED), (Ints)(TRAVELLING), left > 0.0f), mask);
     *collided = takes;
+}
+
+#ifdef CLOSED_FORM
+
+// (1 - exp(-tau)) / tau for tau >= 0: see mean_transmittance.
+INLINE Reals mean_transmittance_lanes(Reals tau) {
+    Reals series = 1.0f - tau * (1.0f / 2.0f) * (1.0f - tau * (1.0f / 3.0f) * (1.0f - tau * (1.0f / 4.0f)
+        * (1.0f - tau * (1.0f / 5.0f) * (1.0f - tau * (1.0f / 6.0f) * (1.0f - tau * (1.0f / 7.0f))))));
+    return PICK((1.0f - exp(-tau)) / tau, series, tau < 0.25f);
+}
+
+// -ln(1 - x) for 0 <= x < 1, precise for small x, by the exponential numbers' polynomial.
+INLINE Reals minus_log_of_rest(Reals x) {
+    Reals series = x * (1.0f + x * (1.0f / 2.0f + x * (1.0f / 3.0f + x * (1.0f / 4.0f + x * (1.0f / 5.0f
+        + x * (1.0f / 6.0f))))));
+    return PICK(-log(max(1.0f - x, 1e-30f)), series, x < 0.06f);
+}
+
+// Follows rays through a medium of constant extinction to their ends at once.
+//
+// Rays that look for all or nothing collide with the exponential distribution; the others take all that the medium
+// takes, at one place of the truncated distribution. With extinction per channel, distances follow the mean of the
+// channels' distributions and each channel divides by it.
+INLINE void settle(struct FlightLanes *f, const struct RayLanes *ray, const struct MediumTables *m, Reals u, Ints mask) {
+    Reals length = f->end - f->t;
+    Reals sigma[TRACKED];
+    Reals taken[TRACKED]; // 1 - transmittance
+    Reals sum = (Reals)(0.0f);
+    for (int c = 0; c < TRACKED; ++c) {
+        sigma[c] = (Reals)(m->method->sigma * channel_extinction(m, c));
+        Reals tau = sigma[c] * length;
+        taken[c] = tau * mean_transmittance_lanes(tau);
+        sum += taken[c];
+    }
+    Reals zero = (Reals)(0.0f);
+    Ints analog = f->threshold >= 1.0f;
+    // The channel whose distribution the distance follows, and u as a number of its own.
+    Reals chosen_sigma = sigma[0];
+    Reals chosen_taken = taken[0];
+#if TRACKED > 1
+    Reals weights[TRACKED];
+    Reals total = zero;
+    for (int c = 0; c < TRACKED; ++c) {
+        weights[c] = PICK(taken[c], (Reals)(1.0f), analog);
+        total += weights[c];
+    }
+    u *= total;
+    for (int c = 1; c < TRACKED; ++c) {
+        Ints beyond = u >= weights[c - 1];
+        chosen_sigma = PICK(chosen_sigma, sigma[c], beyond);
+        chosen_taken = PICK(chosen_taken, taken[c], beyond);
+        u = PICK(u, u - weights[c - 1], beyond);
+        // Once a channel is chosen, the later comparisons must fail.
+        weights[c] = PICK((Reals)(INFINITY), weights[c], beyond);
+    }
+    u = min(u / PICK(chosen_taken, (Reals)(1.0f), analog), 1.0f - 0x1p-24f);
+#endif
+    Reals distance = minus_log_of_rest(u * PICK(chosen_taken, (Reals)(1.0f), analog)) / max(chosen_sigma, 1e-30f);
+    Ints through = mask & analog & (distance >= length);
+    Ints collides = mask & NOT(through) & (sum > 0.0f);
+    distance = min(distance, length);
+    Reals density[TRACKED];
+    Reals mean_density = zero;
+    Reals mean_through = zero;
+    for (int c = 0; c < TRACKED; ++c) {
+        density[c] = sigma[c] * (1.0f - sigma[c] * distance * mean_transmittance_lanes(sigma[c] * distance));
+        mean_density += density[c] * (1.0f / TRACKED);
+        mean_through += (1.0f - taken[c]) * (1.0f / TRACKED);
+    }
+    for (int c = 0; c < TRACKED; ++c) {
+        Reals left = PICK(1.0f - taken[c], PICK(zero, (1.0f - taken[c]) / mean_through, through), analog);
+#if TRACKED == 1
+        left = PICK(1.0f - taken[c], PICK(zero, (Reals)(1.0f), through), analog);
+#endif
+        f->through[c] = PICK(f->through[c], left, mask);
+        f->share[c] = PICK(f->share[c], TRACKED == 1 ? (Reals)(1.0f) : density[c] / mean_density, collides);
+    }
+    f->taken = PICK(f->taken, PICK(sum * (1.0f / TRACKED), (Reals)(1.0f), analog), collides);
+    Reals t = f->t + distance;
+    f->distance = PICK(f->distance, t, collides);
+    f->place = pick_points(f->place, points(ray->origin.x + t * ray->direction.x, ray->origin.y + t * ray->direction.y,
+        ray->origin.z + t * ray->direction.z), collides);
+    f->state = PICK(f->state, (Ints)(ARRIVED), mask);
+}
+
+#endif
+
+// Readies the flights of `mask` for their rays, between two times and by their threshold and scale. `random`: for the
+// first tentative collision.
+INLINE void start_flights(struct FlightLanes *f, const struct RayLanes *ray, const struct MediumTables *m, Reals from,
+    Reals to, Words random, Ints mask) {
+    f->t = PICK(f->t, from, mask);
+    f->end = PICK(f->end, to, mask);
+    for (int c = 0; c < TRACKED; ++c) {
+        f->through[c] = PICK(f->through[c], (Reals)(1.0f), mask);
+    }
+    f->taken = PICK(f->taken, (Reals)(0.0f), mask);
+    Ints misses = mask & NOT(to > from);
+    f->state = PICK(f->state, PICK((Ints)(TRAVELLING), (Ints)(ARRIVED), misses), mask);
+#ifdef CLOSED_FORM
+    settle(f, ray, m, uniform_lanes(random), mask & NOT(misses));
+#else
+    f->depth = PICK(f->depth, exponential_lanes(random), mask);
+#ifndef CONSTANT_SIGMA
+    seek_bricks(f, ray, m->volume, mask);
+#endif
+#endif
 }

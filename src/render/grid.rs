@@ -24,6 +24,8 @@ device_struct! {
         pub dims: [i32; 4],
         /// Distance in memory between bricks that are neighbours along x, y, z; last: log2 of the cells per edge.
         pub bricks: [i32; 4],
+        /// Bricks per axis.
+        pub brick_counts: [i32; 4],
         /// Elements per row of the padded buffer.
         pub row: u32,
         /// Elements per slice of the padded buffer.
@@ -255,6 +257,7 @@ impl<'a> Grid<'a> {
             scale: float4(1.0 / self.frame.spacing, 0.0),
             dims: [x, y, z, 0],
             bricks: [1, bx, bx * by, bricks.shift as i32],
+            brick_counts: [bx, by, bz, 0],
             octant: bx * by * bz,
             pad_0: 0,
             pad_1: 0,
