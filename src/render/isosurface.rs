@@ -85,6 +85,7 @@ pub fn prepare(
         value_units: 1.0,
         random: false,
         lanes: false,
+        paths: false,
         has_depth: true,
         notes,
         details,

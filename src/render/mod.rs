@@ -3,14 +3,17 @@
 //! A [`Plan`] makes everything ready on the host; a [`Session`] runs it on a device. Each method is one file here
 //! and one kernel of the same name under `cl/render/`.
 
+mod bricks;
 mod camera;
 pub mod emission_absorption;
+mod extrema;
 pub mod grid;
 mod host_memory;
 pub mod isosurface;
 pub mod lights;
 mod load;
 pub mod local;
+pub mod majorants;
 pub mod medium;
 pub mod method;
 pub mod mip;
@@ -18,6 +21,7 @@ mod output;
 mod plan;
 mod progressive;
 mod session;
+pub mod scattering;
 pub mod variants;
 
 pub use camera::DeviceCamera;
@@ -39,4 +43,7 @@ pub const LAYOUTS: &[StructLayout] = &[
     isosurface::Isosurface::LAYOUT,
     lights::DeviceLight::LAYOUT,
     mip::Mip::LAYOUT,
+    scattering::Scattering::LAYOUT,
+    scattering::Ledger::LAYOUT,
+    scattering::Auxiliary::LAYOUT,
 ];

@@ -1,6 +1,5 @@
 //! Single and multiple scattering: the kernel is `cl/render/scattering.cl`.
 
-use super::grid::BrickRanges;
 use super::lights::Lights;
 use super::majorants::Majorants;
 use super::medium::MediumTable;
@@ -263,4 +262,58 @@ fn is_grey(
     let background = matches!(scene.background, Background::Constant(color) if grey(color));
     let glow = emission.is_none_or(|entries| entries.iter().all(|e| e[0] == e[1] && e[1] == e[2]));
     lights && background && glow && chromatic.is_none() && grey(scene.scattering.albedo) && table.is_grey()
+}
+
+/// What all paths of a render did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PathLedger {
+    /// Paths started.
+    pub paths: u64,
+    /// Tentative collisions: look-ups of the medium.
+    pub lookups: u64,
+    /// Of these, the ones that scattered or absorbed.
+    pub collisions: u64,
+    /// Look-ups that found more extinction than the majorant. Anything but 0 is a mistake of this program.
+    pub above_majorant: u64,
+    /// Samples whose paths the device did not follow to their ends.
+    pub unfinished: u64,
+    /// Weight that left the volume; weights are those of paths that start with 1, the mean over channels.
+    pub escaped: f64,
+    /// Weight absorbed.
+    pub absorbed: f64,
+    /// Weight lost to the limit on scatterings.
+    pub cut: f64,
+    /// Weight that Russian roulette added, less what it removed: 0 in the mean.
+    pub gained: f64,
+}
+
+impl PathLedger {
+    /// Sums up what the device counted.
+    pub fn of(accounts: &[Ledger]) -> Self {
+        let join = |low: u32, high: u32| u64::from(high) << 32 | u64::from(low);
+        let mut all = Self::default();
+        for account in accounts {
+            all.paths += join(account.paths_low, account.paths_high);
+            all.lookups += join(account.lookups_low, account.lookups_high);
+            all.collisions += join(account.collisions_low, account.collisions_high);
+            all.above_majorant += join(account.above_low, account.above_high);
+            all.unfinished += u64::from(account.unfinished);
+            let energy = |i: usize| f64::from(account.energy[i]) + f64::from(account.energy_low[i]);
+            all.escaped += energy(0);
+            all.absorbed += energy(1);
+            all.cut += energy(2);
+            all.gained += energy(3);
+        }
+        all
+    }
+
+    /// Tentative collisions that were none.
+    pub fn null_collisions(&self) -> u64 {
+        self.lookups - self.collisions
+    }
+
+    /// What is missing in escaped + absorbed + cut = paths + gained, per path.
+    pub fn imbalance(&self) -> f64 {
+        (self.escaped + self.absorbed + self.cut - self.gained - self.paths as f64) / self.paths.max(1) as f64
+    }
 }
