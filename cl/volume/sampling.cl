@@ -7,6 +7,9 @@
 #ifndef VOXEL
 #define VOXEL uchar
 #endif
+#define VOXEL_PAIR_(type) type##2
+#define VOXEL_PAIR_OF(type) VOXEL_PAIR_(type)
+#define VOXEL_PAIR VOXEL_PAIR_OF(VOXEL)
 
 // The eight stored values around a cell; x changes fastest, then y.
 struct Corners {
@@ -99,14 +102,19 @@ INLINE Reals sample_raw_lanes(__constant struct Volume *volume, __global const V
     for (int i = 0; i < WIDTH; ++i) {
         __global const VOXEL *low = voxels + index.lane[i];
         __global const VOXEL *high = low + volume->slice;
-        c000.lane[i] = (float)low[0];
-        c100.lane[i] = (float)low[1];
-        c010.lane[i] = (float)low[volume->row];
-        c110.lane[i] = (float)low[volume->row + 1];
-        c001.lane[i] = (float)high[0];
-        c101.lane[i] = (float)high[1];
-        c011.lane[i] = (float)high[volume->row];
-        c111.lane[i] = (float)high[volume->row + 1];
+        // In pairs, or compilers make gathers of 64-bit addresses, which are slower.
+        VOXEL_PAIR pair = vload2(0, low);
+        c000.lane[i] = (float)pair.x;
+        c100.lane[i] = (float)pair.y;
+        pair = vload2(0, low + volume->row);
+        c010.lane[i] = (float)pair.x;
+        c110.lane[i] = (float)pair.y;
+        pair = vload2(0, high);
+        c001.lane[i] = (float)pair.x;
+        c101.lane[i] = (float)pair.y;
+        pair = vload2(0, high + volume->row);
+        c011.lane[i] = (float)pair.x;
+        c111.lane[i] = (float)pair.y;
     }
     // z first, as trilinear() does.
     Reals a = c000.all + fz * (c001.all - c000.all);
