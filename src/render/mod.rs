@@ -5,6 +5,7 @@
 
 mod camera;
 pub mod emission_absorption;
+mod fingerprint;
 pub mod grid;
 mod host_memory;
 pub mod isosurface;
@@ -16,14 +17,18 @@ pub mod mip;
 mod output;
 mod plan;
 mod progressive;
+mod resume;
 mod session;
+mod state;
 pub mod variants;
 
 pub use camera::DeviceCamera;
+pub use fingerprint::data_hash;
 pub use load::{announced_memory, load_volume};
 pub use output::{Snapshot, method_name};
 pub use plan::{BRICK_SHIFT, Plan};
 pub use progressive::{Ended, Observer, Status, run};
+pub use resume::{Saved, SavedFilm, Spent};
 pub use session::{Progress, Session};
 
 use crate::device::layout::StructLayout;

@@ -1,13 +1,14 @@
 //! A session: one render on one device, from upload to film.
 
 use super::plan::Plan;
+use super::resume::SavedFilm;
 use crate::device::{Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, Pacer, Program, ProgramSpec};
 use crate::film::FilmPixel;
 use crate::{Error, Result};
 use std::time::Duration;
 
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
-const TILE: u32 = 8;
+pub(super) const TILE: u32 = 8;
 
 /// Launches aim at this length: long enough to hide their overhead, short enough for watchdogs and Ctrl-C.
 const LAUNCH_TARGET: Duration = Duration::from_millis(100);
@@ -45,7 +46,7 @@ pub struct Session {
     pacer: Pacer,
     launch_limit: Option<u64>,
     progress: Progress,
-    /// Time to build the program, or to load it from the cache.
+    /// Time to build the program, or to load it from the cache; with that of the runs it continues.
     pub build_time: Duration,
     /// Whether the program came from the binary cache.
     pub build_cached: bool,
@@ -161,6 +162,17 @@ impl Session {
     pub fn reset(&mut self) -> Result<()> {
         self.film = Buffer::zeroed(&self.device, self.film.len())?;
         self.progress = Progress { launches: self.progress.launches, ..Progress::default() };
+        Ok(())
+    }
+
+    /// Continues from a film that a session of the same plan left.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn restore(&mut self, saved: &SavedFilm) -> Result<()> {
+        self.film.write(&self.device, 0, &saved.pixels)?;
+        self.progress = saved.spent.progress;
+        self.build_time += saved.spent.build;
         Ok(())
     }
 
