@@ -3,8 +3,8 @@
 use super::grid::{BrickRanges, Grid};
 use super::local::LocalFrame;
 use super::{emission_absorption, isosurface, mip, scattering};
-use crate::picture::Environment;
 use crate::device::ProgramSpec;
+use crate::picture::Environment;
 use crate::scene::{Method, Scene};
 use crate::{Result, device_struct};
 

@@ -7,6 +7,7 @@ mod bricks;
 mod camera;
 pub mod emission_absorption;
 mod extrema;
+mod fingerprint;
 pub mod grid;
 mod host_memory;
 pub mod isosurface;
@@ -20,15 +21,19 @@ pub mod mip;
 mod output;
 mod plan;
 mod progressive;
-mod session;
+mod resume;
 pub mod scattering;
+mod session;
+mod state;
 pub mod variants;
 
 pub use camera::DeviceCamera;
+pub use fingerprint::data_hash;
 pub use load::{announced_memory, load_volume};
 pub use output::{Snapshot, method_name};
 pub use plan::{BRICK_SHIFT, Plan};
 pub use progressive::{Ended, Observer, Status, run};
+pub use resume::{Saved, SavedFilm, Spent};
 pub use session::{Progress, Session};
 
 use crate::device::layout::StructLayout;

@@ -67,7 +67,14 @@ impl<'a> Plan<'a> {
         };
         let map = environment_map(scene, &mut notes)?;
         let environment = background(scene, map.as_ref(), &mut frame);
-        let input = MethodInput { scene, grid: &grid, bricks: &bricks, local: &local, window, environment: map.as_ref() };
+        let input = MethodInput {
+            scene,
+            grid: &grid,
+            bricks: &bricks,
+            local: &local,
+            window,
+            environment: map.as_ref(),
+        };
         let mut method = method::prepare(&input, &mut frame)?;
         notes.append(&mut method.notes);
         let lens = matches!(scene.camera.kind, CameraKind::Perspective { aperture, .. } if aperture > 0.0);

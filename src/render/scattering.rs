@@ -123,10 +123,13 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let extinction = chromatic.unwrap_or([1.0; 3]).map(|e| e / largest);
     let emission = emission(&scene.transfer, input.window)?;
     let constant_sigma = majorants.constant.is_some();
-    let closed_form = constant_sigma && settings.transmittance == Transmittance::Auto && settings.majorant_scale == 1.0;
+    let closed_form =
+        constant_sigma && settings.transmittance == Transmittance::Auto && settings.majorant_scale == 1.0;
     let (max_order, single) = match settings.orders {
         Orders::Single => (1, true),
-        Orders::Multiple { max } => (max.map_or(i32::MAX, |max| i32::try_from(max).unwrap_or(i32::MAX)), false),
+        Orders::Multiple { max } => {
+            (max.map_or(i32::MAX, |max| i32::try_from(max).unwrap_or(i32::MAX)), false)
+        }
     };
     let constant_background = matches!(scene.background, Background::Constant(_));
     let control = constant_background && !single;
@@ -231,11 +234,12 @@ fn occupied(input: &MethodInput<'_>, majorants: &Majorants) -> [[f32; 4]; 2] {
     let Some((low, high)) = majorants.occupied else { return [[1.0; 4], [0.0; 4]] };
     // The volume's box ends half a voxel beyond the outermost voxels.
     let (first, pad) = (1.5_f32, 1.5_f32);
-    let corner = |plane: [i32; 3]| {
-        std::array::from_fn(|a| {
-            if a == 3 { 0.0 } else { (plane[a] as f32).clamp(first, dims[a] as f32 + pad) }
-        })
-    };
+    let corner =
+        |plane: [i32; 3]| {
+            std::array::from_fn(|a| {
+                if a == 3 { 0.0 } else { (plane[a] as f32).clamp(first, dims[a] as f32 + pad) }
+            })
+        };
     [corner(low), corner(high)]
 }
 

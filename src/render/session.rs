@@ -1,6 +1,7 @@
 //! A session: one render on one device, from upload to film.
 
 use super::plan::Plan;
+use super::resume::SavedFilm;
 use super::scattering::{Auxiliary, Ledger, PathLedger};
 use crate::device::{Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, Pacer, Program, ProgramSpec};
 use crate::film::FilmPixel;
@@ -8,7 +9,7 @@ use crate::{Error, Result};
 use std::time::Duration;
 
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
-const TILE: u32 = 8;
+pub(super) const TILE: u32 = 8;
 
 /// Launches aim at this length: long enough to hide their overhead, short enough for watchdogs and Ctrl-C.
 const LAUNCH_TARGET: Duration = Duration::from_millis(100);
@@ -74,7 +75,7 @@ pub struct Session {
     pacer: Pacer,
     launch_limit: Option<u64>,
     progress: Progress,
-    /// Time to build the program, or to load it from the cache.
+    /// Time to build the program, or to load it from the cache; with that of the runs it continues.
     pub build_time: Duration,
     /// Whether the program came from the binary cache.
     pub build_cached: bool,
@@ -221,6 +222,17 @@ impl Session {
     pub fn ledger(&self) -> Result<Option<PathLedger>> {
         let Some(paths) = &self.paths else { return Ok(None) };
         Ok(Some(PathLedger::of(&paths.ledgers.read(&self.device)?)))
+    }
+
+    /// Continues from a film that a session of the same plan left.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn restore(&mut self, saved: &SavedFilm) -> Result<()> {
+        self.film.write(&self.device, 0, &saved.pixels)?;
+        self.progress = saved.spent.progress;
+        self.build_time += saved.spent.build;
+        Ok(())
     }
 
     /// The film, row by row from the top.
