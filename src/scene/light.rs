@@ -25,6 +25,28 @@ pub enum Light {
         /// Irradiance on the perpendicular plane per channel, W/m², ≥ 0.
         irradiance: [f64; 3],
     },
+    /// A parallelogram that shines on one side, towards `edge_u` × `edge_v`. It blocks nothing.
+    Rectangle {
+        /// Its centre, scene units.
+        centre: DVec3,
+        /// One whole edge, scene units.
+        edge_u: DVec3,
+        /// The other edge, not parallel to the first.
+        edge_v: DVec3,
+        /// Radiance per channel, ≥ 0.
+        radiance: [f64; 3],
+    },
+}
+
+/// How an environment map lights a scattering volume.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EnvironmentSampling {
+    /// What suits the map.
+    Auto,
+    /// By the rays that leave the volume alone.
+    Escape,
+    /// By directions drawn from the map, too.
+    Importance,
 }
 
 /// What rays see that leave the volume.
@@ -40,6 +62,8 @@ pub enum Background {
         intensity: f64,
         /// Rotation about +y, radians.
         rotation: f64,
+        /// How it lights a scattering volume.
+        sampling: EnvironmentSampling,
     },
 }
 
@@ -72,5 +96,6 @@ pub(super) fn background(config: &BackgroundConfig, cx: &mut Context<'_>) -> Bac
         path: cx.file("background.environment", name),
         intensity: config.intensity.unwrap_or(1.0),
         rotation: config.rotation.unwrap_or(0.0).to_radians(),
+        sampling: EnvironmentSampling::Auto,
     }
 }

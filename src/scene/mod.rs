@@ -20,7 +20,7 @@ mod volume;
 use std::path::Path;
 
 pub use camera::{Camera, CameraKind};
-pub use light::{Background, Light};
+pub use light::{Background, EnvironmentSampling, Light};
 pub use method::{Material, Method, MipColor, Quadrature};
 pub use output::{FilmSettings, Image, Stop};
 pub use transfer::{Medium, Point, Shape, Table2d, Transfer, Transfer1d, Transfer2d};
