@@ -10,6 +10,7 @@
 //! - [`quadrature`]: Gauss–Legendre rules
 //! - [`medium`], [`emission_absorption`]: the transfer function and the integral along a ray
 //! - [`mip`], [`isosurface`]: the largest value, the first surface and its shading
+//! - [`lights`]: direct light at a point, and the environment map
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
 
@@ -19,6 +20,7 @@ pub mod emission_absorption;
 pub mod field;
 pub mod film;
 pub mod isosurface;
+pub mod lights;
 pub mod medium;
 pub mod mip;
 pub mod quadrature;

@@ -31,12 +31,12 @@ device_struct! {
         pub table_rows: u32,
         /// Row of the table per gradient of the value (in entries) per local unit.
         pub gradient_scale: f32,
+        /// Number of lights that are rectangles, the first ones.
+        pub rectangle_count: u32,
+        /// Probability with which the environment map is picked for a sample.
+        pub environment_pick: f32,
         /// Padding.
         pub pad_0: u32,
-        /// Padding.
-        pub pad_1: u32,
-        /// Padding.
-        pub pad_2: u32,
     }
 }
 

@@ -8,6 +8,7 @@ pub mod emission_absorption;
 pub mod grid;
 mod host_memory;
 pub mod isosurface;
+pub mod lights;
 mod load;
 pub mod local;
 pub mod medium;
@@ -36,6 +37,6 @@ pub const LAYOUTS: &[StructLayout] = &[
     crate::film::FilmPixel::LAYOUT,
     emission_absorption::EmissionAbsorption::LAYOUT,
     isosurface::Isosurface::LAYOUT,
-    isosurface::DeviceLight::LAYOUT,
+    lights::DeviceLight::LAYOUT,
     mip::Mip::LAYOUT,
 ];
