@@ -70,7 +70,7 @@ INLINE float4 environment_direction(__constant struct Frame *frame, __global con
     struct Choice column = choose(sums + height + (size_t)row.index * width, width, u.y);
     *pdf = environment_density(frame, row.index, row.probability * column.probability);
     // sin^2 of half the angle from the nearer pole is uniform, and exact near it.
-    bool below = 2 * row.index + 1 > height;
+    bool below = (float)row.index + row.rest > 0.5f * (float)height;
     float from_pole = (float)(below ? height - 1 - row.index : row.index);
     float per_row = 1.0f / (float)height;
     float edge = sinpi(0.5f * from_pole * per_row);

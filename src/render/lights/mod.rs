@@ -1,6 +1,8 @@
 //! Lights as the kernels see them, and how likely each is to be sampled; see `cl/types/light.cl`, `cl/lights/`.
 
 mod environment;
+#[cfg(test)]
+mod tests;
 
 use super::local::{LocalFrame, float4};
 use super::method::{DeviceFrame, HostBuffer};
