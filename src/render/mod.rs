@@ -3,13 +3,16 @@
 //! A [`Plan`] makes everything ready on the host; a [`Session`] runs it on a device. Each method is one file here
 //! and one kernel of the same name under `cl/render/`.
 
+mod bricks;
 mod camera;
 pub mod emission_absorption;
+mod extrema;
 pub mod grid;
 mod host_memory;
 pub mod isosurface;
 mod load;
 pub mod local;
+pub mod majorants;
 pub mod medium;
 pub mod method;
 pub mod mip;
