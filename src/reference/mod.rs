@@ -10,6 +10,7 @@
 //! - [`quadrature`]: Gauss–Legendre rules
 //! - [`medium`], [`emission_absorption`]: the transfer function and the integral along a ray
 //! - [`mip`], [`isosurface`]: the largest value, the first surface and its shading
+//! - [`slab`], [`half_space`]: layers, half spaces and infinite media that scatter, by transport theory
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
 
@@ -18,9 +19,11 @@ pub mod cubic;
 pub mod emission_absorption;
 pub mod field;
 pub mod film;
+pub mod half_space;
 pub mod isosurface;
 pub mod medium;
 pub mod mip;
 pub mod quadrature;
 pub mod random;
+pub mod slab;
 pub mod sobol;
