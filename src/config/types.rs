@@ -7,10 +7,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use super::types_method::{Compositing, Domain, MethodConfig, QuadratureConfig};
+pub use super::types_medium::{MediumConfig, PhaseConfig};
+pub use super::types_method::{Compositing, Domain, MethodConfig, QuadratureConfig, Transmittance};
 pub use super::types_transfer::{ColorMap, Outline, PointConfig, ShapeConfig, TransferConfig};
 pub use super::types_volume::{
-    Axis, Endian, FieldConfig, MediumConfig, SheppLoganRotation, VolumeConfig, VoxelKind, WindowConfig,
+    Axis, Endian, FieldConfig, SheppLoganRotation, VolumeConfig, VoxelKind, WindowConfig,
 };
 use super::values::{ErrorTarget, Radiance, TimeLimit};
 
@@ -30,9 +31,12 @@ pub struct SceneConfig {
     pub camera: CameraConfig,
     /// The volume: a file or a procedural field, and where it lies in the scene.
     pub volume: VolumeConfig,
-    /// How the opacity of the transfer function becomes extinction.
+    /// How the opacity of the transfer function becomes extinction, and what of it scatters.
     #[serde(default)]
     pub medium: MediumConfig,
+    /// Into which directions the medium scatters (scattering methods only). Default: into all alike.
+    #[serde(default)]
+    pub phase: PhaseConfig,
     /// The transfer function: data value to colour and opacity. Default: white, opacity = value.
     #[serde(default)]
     pub transfer: TransferConfig,
@@ -44,7 +48,7 @@ pub struct SceneConfig {
     pub light: Vec<LightConfig>,
     /// The rendering method and its parameters.
     pub method: MethodConfig,
-    /// How the PNG preview is made; the EXR image is always linear float32.
+    /// How the PNG preview is made, and what else the EXR image, always linear float32, holds.
     #[serde(default)]
     pub film: FilmConfig,
     /// When to stop: whichever limit is reached first. Default: 16 samples.
@@ -138,9 +142,25 @@ pub struct BackgroundConfig {
     /// Rotation of the environment about +y in degrees.
     #[schemars(extend("default" = 0.0))]
     pub rotation: Option<f64>,
+    /// How the scattering methods find the environment's light.
+    #[schemars(extend("default" = "auto"))]
+    pub sampling: Option<EnvironmentSampling>,
 }
 
-/// A light: `kind = "point"` or `"directional"`.
+/// How the scattering methods find the environment's light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum EnvironmentSampling {
+    /// By importance.
+    #[default]
+    Auto,
+    /// Only by the rays that leave the volume.
+    Escape,
+    /// By directions chosen by their brightness, together with the rays that leave the volume.
+    Importance,
+}
+
+/// A light: `kind = "point"`, `"directional"` or `"rectangle"`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum LightConfig {
@@ -158,9 +178,20 @@ pub enum LightConfig {
         /// Irradiance on a plane perpendicular to `direction`, W/m².
         irradiance: Radiance,
     },
+    /// A rectangle that shines to one side, edge_u × edge_v, and stands in nobody's way (scattering methods only).
+    Rectangle {
+        /// Its middle, [x, y, z] in scene units.
+        centre: [f64; 3],
+        /// One edge from end to end, [x, y, z] in scene units; not zero.
+        edge_u: [f64; 3],
+        /// The other edge from end to end, [x, y, z] in scene units; neither zero nor parallel to `edge_u`.
+        edge_v: [f64; 3],
+        /// Radiance of its front, the same in every direction, W/(m² sr).
+        radiance: Radiance,
+    },
 }
 
-/// How the PNG preview is made; the EXR image is always linear float32.
+/// How the PNG preview is made, and what else the EXR image, always linear float32, holds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FilmConfig {
@@ -172,11 +203,13 @@ pub struct FilmConfig {
     /// Exponent of a pure power curve. Default: the sRGB curve instead.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub gamma: Option<f64>,
+    /// Adds channels that denoisers use: albedo, normal, depth and transmittance (scattering methods only).
+    pub auxiliary: bool,
 }
 
 impl Default for FilmConfig {
     fn default() -> Self {
-        Self { tonemap: Tonemap::Reinhard, exposure: 1.0, gamma: None }
+        Self { tonemap: Tonemap::Reinhard, exposure: 1.0, gamma: None, auxiliary: false }
     }
 }
 

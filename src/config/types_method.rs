@@ -67,6 +67,52 @@ pub enum MethodConfig {
         #[schemars(range(min = 0.0))]
         shininess: f64,
     },
+    /// Light that the volume scatters once on its way from the lights, the background or the volume's glow.
+    SingleScattering {
+        /// How the transmittance between two points is estimated.
+        #[serde(default)]
+        transmittance: Transmittance,
+        /// Factor on the bounds of the extinction: less noise of transmittance "ratio" for more look-ups.
+        #[serde(default = "one")]
+        #[schemars(range(min = 1.0, max = 64.0))]
+        majorant_scale: f64,
+        /// Paths per sample, stratified together. Default: chosen by the renderer.
+        #[schemars(range(min = 1, max = 64))]
+        paths: Option<u32>,
+    },
+    /// Light that the volume scatters any number of times.
+    MultipleScattering {
+        /// Most times that a path scatters; what longer paths would carry is reported. Default: no limit.
+        #[schemars(range(min = 1, max = 1_000_000))]
+        max_order: Option<u32>,
+        /// How the transmittance between two points is estimated.
+        #[serde(default)]
+        transmittance: Transmittance,
+        /// Factor on the bounds of the extinction: less noise of transmittance "ratio" for more look-ups.
+        #[serde(default = "one")]
+        #[schemars(range(min = 1.0, max = 64.0))]
+        majorant_scale: f64,
+        /// Paths per sample, stratified together. Default: chosen by the renderer.
+        #[schemars(range(min = 1, max = 64))]
+        paths: Option<u32>,
+    },
+}
+
+/// How the scattering methods estimate the transmittance between two points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Transmittance {
+    /// Chosen by the renderer among the unbiased ones.
+    #[default]
+    Auto,
+    /// Delta tracking: 0 or 1 (Woodcock and others 1965).
+    Analog,
+    /// Ratio tracking: the product of the ratios of null collisions (Novák and others 2014).
+    Ratio,
+    /// Residual ratio tracking: a control extinction exactly, the rest by ratios (Novák and others 2014).
+    ResidualRatio,
+    /// Midpoint rule at a fixed step: biased, for comparison.
+    RayMarching,
 }
 
 /// The unit of a value.

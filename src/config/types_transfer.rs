@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::types_method::Domain;
-use super::values::Albedo;
+use super::values::{Albedo, Radiance};
 
 /// The transfer function: `kind = "1d"` (default) over the value, or `"2d"` over value and gradient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -63,6 +63,9 @@ pub struct PointConfig {
     pub opacity: f64,
     /// The colour. Default: from `colormap`, else white.
     pub color: Option<Albedo>,
+    /// Radiance that the medium would glow with if it only absorbed (scattering methods only).
+    #[serde(default = "dark")]
+    pub emission: Radiance,
 }
 
 /// A shape painted into a two-dimensional transfer function; x is the value, y the gradient, both 0..1.
@@ -86,6 +89,9 @@ pub struct ShapeConfig {
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub softness: f64,
+    /// Radiance that the medium would glow with if it only absorbed (scattering methods only).
+    #[serde(default = "dark")]
+    pub emission: Radiance,
 }
 
 /// The outline of a shape in a two-dimensional transfer function.
@@ -126,7 +132,6 @@ pub enum ColorMap {
     Ct,
 }
 
-/// Four intervals per value of 8-bit data, so that those, and multiples of 1/20, fall on entries.
 /// Four intervals per value of 8-bit data, so that those and multiples of 1/20 fall on entries.
 fn default_entries() -> u32 {
     1021
@@ -138,4 +143,8 @@ fn one() -> f64 {
 
 fn white() -> Albedo {
     crate::config::values::Color([1.0; 3])
+}
+
+fn dark() -> Radiance {
+    crate::config::values::Color([0.0; 3])
 }

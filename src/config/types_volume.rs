@@ -1,4 +1,4 @@
-//! Raw types of `[volume]` and `[medium]`.
+//! Raw types of `[volume]`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -176,31 +176,6 @@ pub enum FieldConfig {
     },
     /// A smooth ball with sinusoidal structure, values 0..1.
     Cloud {},
-}
-
-/// How the opacity of the transfer function becomes extinction: `mode = "extinction"` (default) or `"opacity"`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "mode", rename_all = "lowercase", deny_unknown_fields)]
-#[schemars(transform = super::schema::default_kind_first)]
-pub enum MediumConfig {
-    /// Extinction = opacity · sigma_max.
-    Extinction {
-        /// Extinction at opacity 1, per scene unit. Required for emission-absorption.
-        #[schemars(range(min = 0.0))]
-        sigma_max: Option<f64>,
-    },
-    /// Opacity is what a layer of the reference length absorbs: extinction = -ln(1 - opacity) / reference_length.
-    Opacity {
-        /// Thickness of that layer in scene units. Default: the smallest spacing.
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        reference_length: Option<f64>,
-    },
-}
-
-impl Default for MediumConfig {
-    fn default() -> Self {
-        Self::Extinction { sigma_max: None }
-    }
 }
 
 fn zero_corner() -> Origin {

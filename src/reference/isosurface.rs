@@ -65,6 +65,8 @@ pub fn shade(
                 (to.normalize(), intensity.map(|i| i / to.length_squared()))
             }
             Light::Directional { direction, irradiance } => (-direction.normalize(), irradiance),
+            // Scenes with an isosurface have none.
+            Light::Rectangle { .. } => continue,
         };
         let cosine = normal.dot(to_light);
         if cosine <= 0.0 {

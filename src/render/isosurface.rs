@@ -60,7 +60,7 @@ pub fn prepare(
     let iso = input.grid.device_window().stored(value) as f32;
     let mut notes = Vec::new();
     let mut lights: Vec<DeviceLight> =
-        input.scene.lights.iter().map(|light| device_light(light, input)).collect();
+        input.scene.lights.iter().filter_map(|light| device_light(light, input)).collect();
     if lights.is_empty() {
         notes.push("no [[light]]: a headlight shines along each view ray (irradiance pi)".into());
         lights.push(DeviceLight { position: [0.0, 0.0, 0.0, 2.0], power: [std::f32::consts::PI; 4] });
@@ -113,15 +113,18 @@ fn strides(bricks: &BrickRanges, iso: f32) -> Vec<u8> {
     strides
 }
 
-fn device_light(light: &Light, input: &MethodInput<'_>) -> DeviceLight {
+/// `None` for a rectangle, which scenes with an isosurface do not have.
+fn device_light(light: &Light, input: &MethodInput<'_>) -> Option<DeviceLight> {
     match light {
         Light::Point { position, intensity } => {
             let local = DVec3::from_array(*intensity) / (input.local.unit * input.local.unit);
-            DeviceLight { position: float4(input.local.point(*position), 1.0), power: float4(local, 0.0) }
+            let position = float4(input.local.point(*position), 1.0);
+            Some(DeviceLight { position, power: float4(local, 0.0) })
         }
-        Light::Directional { direction, irradiance } => DeviceLight {
+        Light::Directional { direction, irradiance } => Some(DeviceLight {
             position: float4(direction.normalize(), 0.0),
             power: float4(DVec3::from_array(*irradiance), 0.0),
-        },
+        }),
+        Light::Rectangle { .. } => None,
     }
 }

@@ -107,5 +107,6 @@ pub fn prepare(input: &MethodInput<'_>, frame: &mut DeviceFrame) -> Result<Metho
             let settings = emission_absorption::Settings { radiance, quadrature, termination };
             emission_absorption::prepare(input, settings, frame)
         }
+        Method::Scattering(_) => todo!(),
     }
 }

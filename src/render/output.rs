@@ -5,7 +5,7 @@ use super::session::Session;
 use crate::Result;
 use crate::film::{FilmPixel, FilmSummary};
 use crate::picture::Picture;
-use crate::scene::Method;
+use crate::scene::{Method, Orders, Scattering};
 use std::time::Duration;
 
 /// A film read back, with what the metadata says about how it came to be.
@@ -92,5 +92,7 @@ pub fn method_name(method: &Method) -> &'static str {
         Method::Mip { .. } => "mip",
         Method::Isosurface { .. } => "isosurface",
         Method::EmissionAbsorption { .. } => "emission-absorption",
+        Method::Scattering(Scattering { orders: Orders::Single, .. }) => "single-scattering",
+        Method::Scattering(Scattering { orders: Orders::Multiple { .. }, .. }) => "multiple-scattering",
     }
 }

@@ -164,7 +164,7 @@ fn background(scene: &Scene, frame: &mut DeviceFrame, notes: &mut Vec<String>) -
             frame.background = rgb(*color);
             Ok(HostBuffer::new("environment map (none)", &[[0.0_f32; 4]]))
         }
-        Background::Environment { path, intensity, rotation } => {
+        Background::Environment { path, intensity, rotation, .. } => {
             let map = Environment::read(path)?;
             notes.extend(map.notes.iter().cloned());
             frame.background = rgb([*intensity; 3]);

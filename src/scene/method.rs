@@ -1,7 +1,7 @@
 //! The rendering method.
 
 use super::context::Context;
-use crate::config::types::{ColorMap, Compositing, Domain, MethodConfig, QuadratureConfig};
+use crate::config::types::{ColorMap, Compositing, Domain, MethodConfig, QuadratureConfig, Transmittance};
 
 /// A rendering method and its parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +28,33 @@ pub enum Method {
         quadrature: Quadrature,
         /// A ray stops when its transmittance is below this, 0..1 exclusive of 1; 0 is never.
         termination: f64,
+    },
+    /// The volume scatters light.
+    Scattering(Scattering),
+}
+
+/// What the scattering methods share.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scattering {
+    /// How often light is scattered.
+    pub orders: Orders,
+    /// How the transmittance between two points is estimated.
+    pub transmittance: Transmittance,
+    /// Factor on the majorants, 1..=64.
+    pub majorant_scale: f64,
+    /// Paths per sample, 1..=64; the renderer's choice if `None`.
+    pub paths: Option<u32>,
+}
+
+/// How often light is scattered on its way to the camera.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Orders {
+    /// Once.
+    Single,
+    /// Any number of times.
+    Multiple {
+        /// At most this often, ≥ 1; without limit if `None`.
+        max: Option<u32>,
     },
 }
 
@@ -96,7 +123,19 @@ pub(super) fn method(config: &MethodConfig, cx: &mut Context<'_>) -> Method {
             let material = Material { color: color.0, ambient, diffuse, specular, shininess };
             Method::Isosurface { value, domain, material }
         }
+        MethodConfig::SingleScattering { transmittance, majorant_scale, paths } => {
+            Method::Scattering(Scattering { orders: Orders::Single, transmittance, majorant_scale, paths })
+        }
+        MethodConfig::MultipleScattering { max_order: max, transmittance, majorant_scale, paths } => {
+            let orders = Orders::Multiple { max };
+            Method::Scattering(Scattering { orders, transmittance, majorant_scale, paths })
+        }
     }
+}
+
+/// True if the method scatters light, and so reads `[phase]` and all of `[medium]`.
+pub(super) fn is_scattering(config: &MethodConfig) -> bool {
+    matches!(config, MethodConfig::SingleScattering { .. } | MethodConfig::MultipleScattering { .. })
 }
 
 fn cell(cx: &mut Context<'_>) -> Quadrature {

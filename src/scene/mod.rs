@@ -10,6 +10,7 @@ mod camera;
 mod context;
 mod hash;
 mod light;
+mod medium;
 mod method;
 mod output;
 #[cfg(test)]
@@ -21,14 +22,16 @@ use std::path::Path;
 
 pub use camera::{Camera, CameraKind};
 pub use light::{Background, Light};
-pub use method::{Material, Method, MipColor, Quadrature};
+pub use medium::{Medium, Phase, ScatteringMedium};
+pub use method::{Material, Method, MipColor, Orders, Quadrature, Scattering};
 pub use output::{FilmSettings, Image, Stop};
-pub use transfer::{Medium, Point, Shape, Table2d, Transfer, Transfer1d, Transfer2d};
+pub use transfer::{Point, Shape, Table2d, Transfer, Transfer1d, Transfer2d};
 pub use volume::{FieldKind, Origin, Volume, VolumeSource};
 
 /// Words of the scene language that need no validation.
 pub use crate::config::types::{
-    Axis, ColorMap, Compositing, Domain, Endian, Filter, Outline, SheppLoganRotation, Tonemap, VoxelKind,
+    Axis, ColorMap, Compositing, Domain, Endian, EnvironmentSampling, Filter, Outline, SheppLoganRotation,
+    Tonemap, Transmittance, VoxelKind,
 };
 
 use crate::config::{self, Loaded};
@@ -46,6 +49,10 @@ pub struct Scene {
     pub volume: Volume,
     /// How opacity becomes extinction. Meaningful for methods that absorb.
     pub medium: Medium,
+    /// What of the medium scatters. Meaningful for scattering methods, as is `phase`.
+    pub scattering: ScatteringMedium,
+    /// Into which directions the medium scatters.
+    pub phase: Phase,
     /// Data value (and gradient) to colour and opacity.
     pub transfer: Transfer,
     /// The lights, in the order of the file; may be empty.
@@ -90,10 +97,12 @@ impl Scene {
         let camera = camera::camera(&config.camera, cx);
         let volume = volume::volume(&config.volume, cx);
         let transfer = transfer::transfer(&config.transfer, cx);
-        let medium = transfer::medium(&config.medium, &config.method, cx);
-        let lights = light::lights(&config.light, cx);
+        let medium = medium::medium(&config.medium, &config.method, cx);
+        let scattering = medium::scattering(&config.medium, cx);
+        let lights = light::lights(&config.light, &config.method, cx);
         let background = light::background(&config.background, cx);
         let method = method::method(&config.method, cx);
+        let film = output::film(&config.film, &config.method, cx);
         let problems = context.into_problems();
         match (camera, volume, transfer) {
             (Some(camera), Some(volume), Some(transfer)) if problems.is_empty() => Ok(Self {
@@ -101,11 +110,13 @@ impl Scene {
                 camera,
                 volume,
                 medium,
+                scattering,
+                phase: medium::phase(&config.phase),
                 transfer,
                 lights,
                 background,
                 method,
-                film: output::film(&config.film),
+                film,
                 stop: output::stop(&config.stop),
                 seed: config.seed,
                 hash: hash::hash(config, true),

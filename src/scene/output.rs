@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use super::context::Context;
-use crate::config::types::{FilmConfig, Filter, ImageConfig, StopConfig, Tonemap};
+use super::method::is_scattering;
+use crate::config::types::{FilmConfig, Filter, ImageConfig, MethodConfig, StopConfig, Tonemap};
 
 /// Most pixels of an image: indices and buffer sizes stay well inside 32 bits.
 const MOST_PIXELS: u64 = 1 << 28;
@@ -21,7 +22,7 @@ pub struct Image {
     pub filter: Filter,
 }
 
-/// How the PNG preview is made from linear radiance.
+/// How the PNG preview is made from linear radiance, and what else the EXR holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmSettings {
     /// The curve.
@@ -30,6 +31,8 @@ pub struct FilmSettings {
     pub exposure: f64,
     /// Exponent of a pure power encoding, > 0; the sRGB curve if `None`.
     pub gamma: Option<f64>,
+    /// Whether the EXR holds channels for denoisers too; only with scattering methods.
+    pub auxiliary: bool,
 }
 
 /// When to stop: whichever limit is reached first. At least one is set.
@@ -52,8 +55,13 @@ pub(super) fn image(config: &ImageConfig, cx: &mut Context<'_>) -> Image {
     Image { width: config.width, height: config.height, filter: config.filter }
 }
 
-pub(super) fn film(config: &FilmConfig) -> FilmSettings {
-    FilmSettings { tonemap: config.tonemap, exposure: config.exposure, gamma: config.gamma }
+pub(super) fn film(config: &FilmConfig, method: &MethodConfig, cx: &mut Context<'_>) -> FilmSettings {
+    if config.auxiliary && !is_scattering(method) {
+        let label = "this method makes no such channels";
+        cx.wrong("film.auxiliary", "`film.auxiliary` needs a scattering method", label);
+    }
+    let &FilmConfig { tonemap, exposure, gamma, auxiliary } = config;
+    FilmSettings { tonemap, exposure, gamma, auxiliary }
 }
 
 pub(super) fn stop(config: &StopConfig) -> Stop {

@@ -50,12 +50,18 @@ fn defaults() {
     assert_eq!(scene.medium, Medium::Extinction { sigma_max: 40.0 });
     let Transfer::OneD(transfer) = scene.transfer else { panic!("one-dimensional") };
     assert_eq!((transfer.domain, transfer.colormap, transfer.resolution), (Domain::Normalized, None, 1021));
-    assert_eq!(transfer.points, [0.0, 1.0].map(|value| Point { value, opacity: value, color: None }));
+    assert_eq!(
+        transfer.points,
+        [0.0, 1.0].map(|value| Point { value, opacity: value, color: None, emission: [0.0; 3] })
+    );
     assert_eq!((scene.lights, scene.background), (vec![], Background::Constant([0.0; 3])));
     let method =
         Method::EmissionAbsorption { radiance: 1.0, quadrature: Quadrature::Cell, termination: 0.0009765625 };
     assert_eq!(scene.method, method);
-    assert_eq!(scene.film, FilmSettings { tonemap: Tonemap::Reinhard, exposure: 1.0, gamma: None });
+    assert_eq!(
+        scene.film,
+        FilmSettings { tonemap: Tonemap::Reinhard, exposure: 1.0, gamma: None, auxiliary: false }
+    );
     assert_eq!(scene.stop, Stop { samples: Some(16), time: None, error: None });
 }
 

@@ -1,12 +1,10 @@
-//! Transfer function and medium.
+//! The transfer function.
 
 use std::path::PathBuf;
 
 use super::context::Context;
 use super::method::normalized_value;
-use crate::config::types::{
-    ColorMap, Domain, MediumConfig, MethodConfig, Outline, PointConfig, ShapeConfig, TransferConfig,
-};
+use crate::config::types::{ColorMap, Domain, Outline, PointConfig, ShapeConfig, TransferConfig};
 
 /// Data value (and gradient) to colour and opacity.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +37,8 @@ pub struct Point {
     pub opacity: f64,
     /// Linear colour, components 0..=1; from the colour map, else white, if `None`.
     pub color: Option<[f64; 3]>,
+    /// Lₑ: radiance of which the medium emits σₐ Lₑ per length, per channel, ≥ 0.
+    pub emission: [f64; 3],
 }
 
 /// A transfer function by value and gradient.
@@ -79,22 +79,8 @@ pub struct Shape {
     pub opacity: f64,
     /// Part of the way from edge to centroid over which the opacity rises, 0..=1.
     pub softness: f64,
-}
-
-/// How opacity α becomes extinction σₜ (per scene unit).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Medium {
-    /// σₜ = α · sigma_max.
-    Extinction {
-        /// Extinction at opacity 1, per scene unit, ≥ 0. 0 where the scene names none, which only methods
-        /// that do not absorb allow.
-        sigma_max: f64,
-    },
-    /// σₜ = −log1p(−α) / reference_length.
-    Opacity {
-        /// Scene units, > 0; the smallest spacing of the volume if `None`.
-        reference_length: Option<f64>,
-    },
+    /// Lₑ: radiance of which the medium emits σₐ Lₑ per length, per channel, ≥ 0.
+    pub emission: [f64; 3],
 }
 
 pub(super) fn transfer(config: &TransferConfig, cx: &mut Context<'_>) -> Option<Transfer> {
@@ -114,7 +100,7 @@ pub(super) fn transfer(config: &TransferConfig, cx: &mut Context<'_>) -> Option<
 }
 
 fn ramp() -> Vec<Point> {
-    [0.0, 1.0].map(|value| Point { value, opacity: value, color: None }).to_vec()
+    [0.0, 1.0].map(|value| Point { value, opacity: value, color: None, emission: [0.0; 3] }).to_vec()
 }
 
 fn knots(configs: &[PointConfig], domain: Domain, cx: &mut Context<'_>) -> Vec<Point> {
@@ -132,6 +118,7 @@ fn knots(configs: &[PointConfig], domain: Domain, cx: &mut Context<'_>) -> Vec<P
         value: point.value,
         opacity: point.opacity,
         color: point.color.map(|color| color.0),
+        emission: point.emission.0,
     };
     configs.iter().map(knot).collect()
 }
@@ -179,27 +166,6 @@ fn shape(config: &ShapeConfig, index: usize, cx: &mut Context<'_>) -> Shape {
         color: config.color.0,
         opacity: config.opacity,
         softness: config.softness,
+        emission: config.emission.0,
     }
-}
-
-pub(super) fn medium(config: &MediumConfig, method: &MethodConfig, cx: &mut Context<'_>) -> Medium {
-    match *config {
-        MediumConfig::Opacity { reference_length } => Medium::Opacity { reference_length },
-        MediumConfig::Extinction { sigma_max } => {
-            if sigma_max.is_none() && matches!(method, MethodConfig::EmissionAbsorption { .. }) {
-                missing_sigma_max(cx);
-            }
-            Medium::Extinction { sigma_max: sigma_max.unwrap_or(0.0) }
-        }
-    }
-}
-
-fn missing_sigma_max(cx: &mut Context<'_>) {
-    let place = if cx.has("medium") { "medium" } else { "method.kind" };
-    cx.wrong_with_help(
-        place,
-        "emission-absorption needs `medium.sigma_max`",
-        "how much does opacity 1 absorb?",
-        "give `sigma_max`, the extinction at opacity 1 per scene unit, or `mode = \"opacity\"` in [medium]",
-    );
 }

@@ -5,6 +5,9 @@
 //! renderer interpolates `[r, g, b, σₜ]` linearly, as [`sigma_table`] makes them: linear interpolation
 //! of extinction *is* the model, in opacity mode too, where the opacity between entries follows from it.
 
+//!
+//! Beside it stands the emission Lₑ of every entry, a radiance, where any is more than 0.
+
 mod colormap;
 mod medium;
 mod one_d;
@@ -16,6 +19,11 @@ pub use colormap::map_color;
 pub use medium::{MOST_OPACITY, extinction, sigma_table};
 pub use one_d::TransferFunction1d;
 pub use two_d::TransferFunction2d;
+
+/// The emission of all entries, if any emits.
+fn some_if_any(emission: Vec<[f64; 3]>) -> Option<Vec<[f64; 3]>> {
+    emission.iter().flatten().any(|&radiance| radiance > 0.0).then_some(emission)
+}
 
 /// Linear interpolation, exact at both ends.
 fn lerp<const N: usize>(a: [f64; N], b: [f64; N], t: f64) -> [f64; N] {

@@ -1,7 +1,7 @@
 //! Transfer functions of the value alone.
 
 use super::colormap::map_color;
-use super::lerp;
+use super::{lerp, some_if_any};
 use crate::scene::{ColorMap, Domain, Point, Transfer1d};
 
 /// A table over the windowed value: entry k of K at v = k/(K−1).
@@ -9,6 +9,8 @@ use crate::scene::{ColorMap, Domain, Point, Transfer1d};
 pub struct TransferFunction1d {
     /// Straight-alpha `[r, g, b, opacity]`, linear sRGB, all in 0..=1; at least 2 entries.
     pub rgba: Vec<[f64; 4]>,
+    /// Emission Lₑ of each entry, a radiance ≥ 0; `None` if all are 0.
+    pub emission: Option<Vec<[f64; 3]>>,
 }
 
 impl TransferFunction1d {
@@ -25,14 +27,17 @@ impl TransferFunction1d {
 
     /// Samples points (strictly increasing; windowed values, which may lie outside 0..=1) at `resolution` entries.
     ///
-    /// Between two points opacity and colour are linear, except that the colour follows the colour map
-    /// where both points have no colour of their own. Beyond the ends both are constant. Without any points
+    /// Between two points opacity, emission and colour are linear, except that the colour follows the colour map
+    /// where both points have no colour of their own. Beyond the ends all are constant. Without any points
     /// the table is transparent; a `resolution` below 2 counts as 2.
     pub fn from_points(points: &[Point], colormap: Option<ColorMap>, resolution: usize) -> Self {
         let entries = resolution.max(2);
         let last = (entries - 1) as f64;
-        let rgba = (0..entries).map(|k| evaluate(points, colormap, k as f64 / last)).collect();
-        Self { rgba }
+        let positions = || (0..entries).map(|k| k as f64 / last);
+        Self {
+            rgba: positions().map(|v| evaluate(points, colormap, v)).collect(),
+            emission: some_if_any(positions().map(|v| emission(points, v)).collect()),
+        }
     }
 }
 
@@ -41,10 +46,22 @@ fn windowed(point: &Point, (lo, hi): (f64, f64)) -> Point {
     Point { value: ((point.value - lo) / (hi - lo)).clamp(-1e300, 1e300), ..*point }
 }
 
-fn evaluate(points: &[Point], colormap: Option<ColorMap>, v: f64) -> [f64; 4] {
+/// The points before and after a value.
+fn neighbours(points: &[Point], v: f64) -> (Option<&Point>, Option<&Point>) {
     let after = points.partition_point(|point| point.value <= v);
-    let before = after.checked_sub(1).and_then(|index| points.get(index));
-    match (before, points.get(after)) {
+    (after.checked_sub(1).and_then(|index| points.get(index)), points.get(after))
+}
+
+fn emission(points: &[Point], v: f64) -> [f64; 3] {
+    match neighbours(points, v) {
+        (None, None) => [0.0; 3],
+        (Some(end), None) | (None, Some(end)) => end.emission,
+        (Some(a), Some(b)) => lerp(a.emission, b.emission, (v - a.value) / (b.value - a.value)),
+    }
+}
+
+fn evaluate(points: &[Point], colormap: Option<ColorMap>, v: f64) -> [f64; 4] {
+    match neighbours(points, v) {
         (None, None) => [0.0; 4],
         (Some(end), None) | (None, Some(end)) => own(end, colormap),
         (Some(a), Some(b)) => {
@@ -72,7 +89,7 @@ mod tests {
     use super::*;
 
     fn point(value: f64, opacity: f64, color: Option<[f64; 3]>) -> Point {
-        Point { value, opacity, color }
+        Point { value, opacity, color, emission: [0.0; 3] }
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub(super) fn read(path: &Path) -> Result<TransferFunction2d> {
         return Err(fail(path, &message));
     }
     let rgba = rows.chunks(width).rev().flatten().copied().collect();
-    Ok(TransferFunction2d { width, height, rgba })
+    Ok(TransferFunction2d { width, height, rgba, emission: None })
 }
 
 type Rows = (usize, usize, Vec<[f64; 4]>);

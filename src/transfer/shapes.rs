@@ -3,23 +3,26 @@
 //! Every shape is star-shaped about its centroid, so "how far out" is its gauge: 0 at the centroid, 1 on
 //! the outline. Softness is a band of the gauge below 1 in which the coverage falls smoothly.
 
-use super::TransferFunction2d;
+use super::{TransferFunction2d, lerp, some_if_any};
 use crate::scene::{Outline, Shape};
 
 /// Paints shapes over each other in order ("over"), each entry sampled at its position.
 ///
-/// Entries that no shape covers are transparent and take the colour of the nearest shape (by gauge), so that
-/// interpolation at an edge does not darken its colour. `resolution` counts entries, at least 2 each.
+/// Entries that no shape covers are transparent and take colour and emission of the nearest shape (by gauge), so
+/// that interpolation at an edge does not darken them. `resolution` counts entries, at least 2 each.
 pub(super) fn paint(shapes: &[Shape], resolution: [usize; 2]) -> TransferFunction2d {
     let [width, height] = resolution.map(|entries| entries.max(2));
     let at = |index: usize, entries: usize| index as f64 / (entries - 1) as f64;
     let rows = 0..height;
-    let rgba = rows.flat_map(|j| (0..width).map(move |i| [at(i, width), at(j, height)]));
-    TransferFunction2d { width, height, rgba: rgba.map(|p| entry(shapes, p)).collect() }
+    let positions = rows.flat_map(|j| (0..width).map(move |i| [at(i, width), at(j, height)]));
+    let (rgba, emission) = positions.map(|p| entry(shapes, p)).unzip();
+    TransferFunction2d { width, height, rgba, emission: some_if_any(emission) }
 }
 
-fn entry(shapes: &[Shape], p: [f64; 2]) -> [f64; 4] {
+/// Colour with opacity, and emission.
+fn entry(shapes: &[Shape], p: [f64; 2]) -> ([f64; 4], [f64; 3]) {
     let mut color = [0.0; 3];
+    let mut emission = [0.0; 3];
     let mut opacity = 0.0;
     let mut nearest = f64::INFINITY;
     for shape in shapes {
@@ -28,15 +31,16 @@ fn entry(shapes: &[Shape], p: [f64; 2]) -> [f64; 4] {
         let total = alpha + opacity * (1.0 - alpha);
         if total > 0.0 {
             let weight = alpha / total;
-            color = std::array::from_fn(|c| shape.color[c] * weight + color[c] * (1.0 - weight));
+            color = lerp(color, shape.color, weight);
+            emission = lerp(emission, shape.emission, weight);
         } else if gauge < nearest {
-            color = shape.color;
+            (color, emission) = (shape.color, shape.emission);
         }
         nearest = nearest.min(gauge);
         opacity = total;
     }
     let [r, g, b] = color;
-    [r, g, b, opacity]
+    ([r, g, b, opacity], emission)
 }
 
 /// 0 at the centroid, 1 on the outline, more outside.
@@ -70,7 +74,15 @@ mod tests {
     const RED: [f64; 3] = [1.0, 0.0, 0.0];
 
     fn shape(outline: Outline, softness: f64) -> Shape {
-        Shape { outline, centre: [0.5, 0.5], size: [0.5, 0.5], color: RED, opacity: 0.5, softness }
+        Shape {
+            outline,
+            centre: [0.5, 0.5],
+            size: [0.5, 0.5],
+            color: RED,
+            opacity: 0.5,
+            softness,
+            emission: [0.0; 3],
+        }
     }
 
     #[test]
@@ -115,7 +127,7 @@ mod tests {
         let below = Shape { color: [0.0, 1.0, 0.0], ..shape(Outline::Rectangle, 0.0) };
         let above = shape(Outline::Ellipse, 0.0);
         // Over: opacity 0.5 + 0.5·0.5 = 0.75; colour (0.5 red + 0.25 green)/0.75.
-        let [r, g, b, a] = entry(&[below, above], [0.5, 0.5]);
+        let ([r, g, b, a], _) = entry(&[below, above], [0.5, 0.5]);
         assert!((r - 2.0 / 3.0).abs() < 1e-15 && (g - 1.0 / 3.0).abs() < 1e-15 && b == 0.0 && a == 0.75);
     }
 
@@ -129,7 +141,7 @@ mod tests {
         };
         let near = shape(Outline::Ellipse, 0.0);
         for order in [[far, near], [near, far]] {
-            assert_eq!(entry(&order, [0.5, 0.8]), [1.0, 0.0, 0.0, 0.0]);
+            assert_eq!(entry(&order, [0.5, 0.8]).0, [1.0, 0.0, 0.0, 0.0]);
         }
     }
 }

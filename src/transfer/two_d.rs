@@ -15,6 +15,8 @@ pub struct TransferFunction2d {
     pub height: usize,
     /// Straight-alpha `[r, g, b, opacity]`, linear sRGB, all in 0..=1.
     pub rgba: Vec<[f64; 4]>,
+    /// Emission Lₑ of each entry, a radiance ≥ 0; `None` if all are 0, and for pictures.
+    pub emission: Option<Vec<[f64; 3]>>,
 }
 
 impl TransferFunction2d {
