@@ -5,7 +5,7 @@ use crate::Result;
 use crate::device::memory::readable_bytes;
 use crate::device::{Catalog, MemoryPlan};
 use crate::render::{BRICK_SHIFT, Plan, announced_memory, load_volume, method_name};
-use crate::scene::{Background, Camera, CameraKind, Filter};
+use crate::scene::{Background, Camera, CameraKind, Filter, Method, Phase, ScatteringMedium};
 use glam::DVec3;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -68,6 +68,10 @@ fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume, catalog: &Catalog) 
     line("window", format!("{} to {}", plan.window.0 as f32, plan.window.1 as f32));
     line("background", background_text(&scene.background));
     line("method", method_name(&scene.method).into());
+    if let Method::Scattering(_) = scene.method {
+        line("medium", medium_text(&scene.scattering));
+        line("phase", phase_text(&scene.phase));
+    }
     line("stop", stop_text(plan));
     line("program", format!("cl/{} {}", plan.spec.entry, plan.spec.options()));
     for note in plan.notes.iter().chain(&plan.method.details) {
@@ -94,8 +98,12 @@ fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume, catalog: &Catalog) 
 }
 
 fn point(p: DVec3) -> String {
-    // Coordinates in float32 are plenty here, and 0.3 stays 0.3.
-    format!("({}, {}, {})", p.x as f32, p.y as f32, p.z as f32)
+    triple(p.to_array())
+}
+
+fn triple([x, y, z]: [f64; 3]) -> String {
+    // Float32 is plenty here, and 0.3 stays 0.3.
+    format!("({}, {}, {})", x as f32, y as f32, z as f32)
 }
 
 fn camera_text(camera: &Camera) -> String {
@@ -115,10 +123,25 @@ fn camera_text(camera: &Camera) -> String {
 
 fn background_text(background: &Background) -> String {
     match background {
-        Background::Constant([r, g, b]) => {
-            format!("radiance ({}, {}, {})", *r as f32, *g as f32, *b as f32)
-        }
+        Background::Constant(color) => format!("radiance {}", triple(*color)),
         Background::Environment { path, intensity, .. } => format!("{} × {intensity}", path.display()),
+    }
+}
+
+fn medium_text(medium: &ScatteringMedium) -> String {
+    let extinction =
+        medium.extinction_color.map_or(String::new(), |c| format!(", extinction × {}", triple(c)));
+    format!("albedo {} × the transfer function's colours{extinction}", triple(medium.albedo))
+}
+
+fn phase_text(phase: &Phase) -> String {
+    match *phase {
+        Phase::Isotropic => "isotropic".into(),
+        Phase::HenyeyGreenstein { g } => format!("Henyey-Greenstein, g {g}"),
+        Phase::Rayleigh => "Rayleigh".into(),
+        Phase::TwoLobe { g: [first, second], weight } => {
+            format!("Henyey-Greenstein, {weight} of g {first} and {} of g {second}", (1.0 - weight) as f32)
+        }
     }
 }
 
@@ -140,4 +163,24 @@ fn stop_text(plan: &Plan<'_>) -> String {
         stop.error.map(|error| format!("estimated error {:.3} %", error * 100.0)),
     ];
     format!("at {}", rules.into_iter().flatten().collect::<Vec<_>>().join(" or "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scattering_medium_in_words() {
+        let grey = ScatteringMedium { albedo: [0.9; 3], extinction_color: None };
+        assert_eq!(medium_text(&grey), "albedo (0.9, 0.9, 0.9) × the transfer function's colours");
+        let coloured = ScatteringMedium { albedo: [1.0; 3], extinction_color: Some([1.0, 0.8, 0.5]) };
+        assert!(medium_text(&coloured).ends_with("colours, extinction × (1, 0.8, 0.5)"));
+    }
+
+    #[test]
+    fn a_phase_function_in_words() {
+        assert_eq!(phase_text(&Phase::HenyeyGreenstein { g: -0.3 }), "Henyey-Greenstein, g -0.3");
+        let two = Phase::TwoLobe { g: [0.9, -0.5], weight: 0.7 };
+        assert_eq!(phase_text(&two), "Henyey-Greenstein, 0.7 of g 0.9 and 0.3 of g -0.5");
+    }
 }

@@ -107,6 +107,8 @@ mod tests {
         assert_eq!(*at(&schema, "/$defs/CameraConfig/oneOf/0/properties/fov/default"), 40.0);
         assert_eq!(*at(&schema, "/$defs/CameraConfig/oneOf/0/properties/kind/default"), "perspective");
         assert_eq!(*at(&schema, "/$defs/MediumConfig/oneOf/0/properties/mode/default"), "extinction");
+        assert_eq!(*at(&schema, "/$defs/PhaseConfig/oneOf/0/properties/kind/default"), "isotropic");
+        assert_eq!(*at(&schema, "/$defs/BackgroundConfig/properties/sampling/default"), "auto");
         assert_eq!(*at(&schema, "/$defs/TransferConfig/oneOf/0/properties/resolution/default"), 1021);
         assert_eq!(*at(&schema, "/$defs/MethodConfig/oneOf/0/properties/step/default"), 0.5);
         assert_eq!(*at(&schema, "/$defs/MethodConfig/oneOf/0/properties/termination/default"), 1.0 / 1024.0);

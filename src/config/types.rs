@@ -151,7 +151,7 @@ pub struct BackgroundConfig {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum EnvironmentSampling {
-    /// By importance.
+    /// The renderer's choice.
     #[default]
     Auto,
     /// Only by the rays that leave the volume.

@@ -67,7 +67,7 @@ pub enum MethodConfig {
         #[schemars(range(min = 0.0))]
         shininess: f64,
     },
-    /// Light that the volume scatters once on its way from the lights, the background or the volume's glow.
+    /// Light that is scattered at most once in the volume.
     SingleScattering {
         /// How the transmittance between two points is estimated.
         #[serde(default)]
@@ -80,7 +80,7 @@ pub enum MethodConfig {
         #[schemars(range(min = 1, max = 64))]
         paths: Option<u32>,
     },
-    /// Light that the volume scatters any number of times.
+    /// Light that is scattered any number of times in the volume.
     MultipleScattering {
         /// Most times that a path scatters; what longer paths would carry is reported. Default: no limit.
         #[schemars(range(min = 1, max = 1_000_000))]
@@ -111,7 +111,7 @@ pub enum Transmittance {
     Ratio,
     /// Residual ratio tracking: a control extinction exactly, the rest by ratios (Novák and others 2014).
     ResidualRatio,
-    /// Midpoint rule at a fixed step: biased, for comparison.
+    /// By fixed steps: biased, for comparison.
     RayMarching,
 }
 

@@ -63,7 +63,7 @@ pub struct PointConfig {
     pub opacity: f64,
     /// The colour. Default: from `colormap`, else white.
     pub color: Option<Albedo>,
-    /// Radiance that the medium would glow with if it only absorbed (scattering methods only).
+    /// Radiance of the medium's glow: it emits this times its absorption (scattering methods only).
     #[serde(default = "dark")]
     pub emission: Radiance,
 }
@@ -89,7 +89,7 @@ pub struct ShapeConfig {
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub softness: f64,
-    /// Radiance that the medium would glow with if it only absorbed (scattering methods only).
+    /// Radiance of the medium's glow: it emits this times its absorption (scattering methods only).
     #[serde(default = "dark")]
     pub emission: Radiance,
 }

@@ -48,6 +48,8 @@ fn defaults() {
         }
     );
     assert_eq!(scene.medium, Medium::Extinction { sigma_max: 40.0 });
+    assert_eq!(scene.scattering, ScatteringMedium { albedo: [1.0; 3], extinction_color: None });
+    assert_eq!(scene.phase, Phase::Isotropic);
     let Transfer::OneD(transfer) = scene.transfer else { panic!("one-dimensional") };
     assert_eq!((transfer.domain, transfer.colormap, transfer.resolution), (Domain::Normalized, None, 1021));
     assert_eq!(
@@ -85,6 +87,81 @@ fn values_are_resolved() {
 }
 
 #[test]
+fn scattering_methods() {
+    let single = scene(SCENE, &["method={kind = \"single-scattering\"}"]);
+    let defaults = Scattering {
+        orders: Orders::Single,
+        transmittance: Transmittance::Auto,
+        majorant_scale: 1.0,
+        paths: None,
+    };
+    assert_eq!(single.method, Method::Scattering(defaults));
+    assert_eq!(method_with("kind = \"multiple-scattering\"").orders, Orders::Multiple { max: None });
+    let given = "kind = \"multiple-scattering\", max_order = 8, transmittance = \"residual-ratio\", \
+                 majorant_scale = 2, paths = 4";
+    let expected = Scattering {
+        orders: Orders::Multiple { max: Some(8) },
+        transmittance: Transmittance::ResidualRatio,
+        majorant_scale: 2.0,
+        paths: Some(4),
+    };
+    assert_eq!(method_with(given), expected);
+}
+
+fn method_with(keys: &str) -> Scattering {
+    match scene(SCENE, &[&format!("method={{{keys}}}")]).method {
+        Method::Scattering(settings) => settings,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn scattering_media() {
+    let medium = |sets: &[&str]| scene(SCENE, sets).scattering;
+    assert_eq!(medium(&["medium.albedo=0.9"]).albedo, [0.9; 3]);
+    assert_eq!(medium(&["medium={mode = \"opacity\", albedo = [1, 0.5, 0]}"]).albedo, [1.0, 0.5, 0.0]);
+    let coloured = medium(&["medium.extinction_color=[0, 0.8, 2]"]);
+    assert_eq!(coloured.extinction_color, Some([0.0, 0.8, 2.0]));
+    assert_eq!(medium(&["medium.extinction_color=1"]).extinction_color, None, "1 changes nothing");
+    let phases = [
+        ("isotropic\"", Phase::Isotropic),
+        ("henyey-greenstein\", g = -0.999", Phase::HenyeyGreenstein { g: -0.999 }),
+        ("rayleigh\"", Phase::Rayleigh),
+        ("two-lobe\", g = [0.9, -0.3], weight = 0.7", Phase::TwoLobe { g: [0.9, -0.3], weight: 0.7 }),
+    ];
+    for (text, phase) in phases {
+        assert_eq!(scene(SCENE, &[&format!("phase={{kind = \"{text}}}")]).phase, phase);
+    }
+}
+
+#[test]
+fn emission_of_points_and_shapes() {
+    let points =
+        "transfer.points=[{ value = 0, opacity = 1 }, { value = 1, opacity = 1, emission = [3, 2, 0] }]";
+    let Transfer::OneD(transfer) = scene(SCENE, &[points]).transfer else { panic!("one-dimensional") };
+    assert_eq!([transfer.points[0].emission, transfer.points[1].emission], [[0.0; 3], [3.0, 2.0, 0.0]]);
+    let shape = "{ shape = \"ellipse\", centre = [0.5, 0.5], size = [1, 1], emission = 7 }";
+    let Transfer::TwoD(Transfer2d { table: Table2d::Shapes { shapes, .. }, .. }) =
+        scene(SCENE, &[&format!("transfer={{kind = \"2d\", shapes = [{shape}]}}")]).transfer
+    else {
+        panic!("two-dimensional")
+    };
+    assert_eq!(shapes[0].emission, [7.0; 3]);
+}
+
+#[test]
+fn rectangle_lights() {
+    let keys = "centre = [0, 3, 0]\nedge_u = [0, 0, 2]\nedge_v = [4, 0, 0]\nradiance = [5, 4, 3]";
+    let light = Light::Rectangle {
+        centre: DVec3::new(0.0, 3.0, 0.0),
+        edge_u: DVec3::new(0.0, 0.0, 2.0),
+        edge_v: DVec3::new(4.0, 0.0, 0.0),
+        radiance: [5.0, 4.0, 3.0],
+    };
+    assert_eq!(scene(&format!("{SCENE}[[light]]\nkind = \"rectangle\"\n{keys}\n"), &[]).lights, [light]);
+}
+
+#[test]
 fn without_points_the_ramp_runs_over_the_window_in_either_domain() {
     let scene = scene(SCENE, &["transfer.domain=data"]);
     assert!(matches!(scene.transfer, Transfer::OneD(Transfer1d { domain: Domain::Normalized, .. })));
@@ -102,6 +179,10 @@ fn the_hash_ignores_what_does_not_change_the_pixels() {
     for set in ["stop.samples=999", "stop.time=1h", "film.exposure=3", "film.tonemap=linear"] {
         assert_eq!(scene(SCENE, &[set]).hash, base.hash, "{set}");
     }
+    let scattering = "method={kind = \"single-scattering\"}";
+    let auxiliary = scene(SCENE, &[scattering, "film.auxiliary=true"]);
+    assert!(auxiliary.film.auxiliary);
+    assert_eq!(auxiliary.hash, scene(SCENE, &[scattering]).hash);
     let colours = ["background.color=1", "background.color=[1, 1, 1]", "background.color=\"#ffffff\""];
     let hashes = colours.map(|set| scene(SCENE, &[set]).hash);
     assert!(hashes.iter().all(|hash| *hash == hashes[0]));
@@ -125,6 +206,17 @@ fn the_hash_covers_what_changes_the_pixels() {
         "method.radiance=2",
         "method.termination=0",
         "method={kind = \"mip\"}",
+        "method={kind = \"single-scattering\"}",
+        "method={kind = \"multiple-scattering\"}",
+        "method={kind = \"multiple-scattering\", max_order = 8}",
+        "method={kind = \"multiple-scattering\", transmittance = \"ratio\"}",
+        "method={kind = \"multiple-scattering\", majorant_scale = 2}",
+        "method={kind = \"multiple-scattering\", paths = 2}",
+        "medium.albedo=0.5",
+        "medium.extinction_color=[1, 0.8, 0.5]",
+        "phase.kind=rayleigh",
+        "phase={kind = \"henyey-greenstein\", g = 0.5}",
+        "phase={kind = \"henyey-greenstein\", g = -0.5}",
     ];
     hashes.extend(sets.iter().map(|set| scene(SCENE, &[set]).hash));
     let count = hashes.len();

@@ -134,6 +134,20 @@ mod tests {
     }
 
     #[test]
+    fn emission_is_joined_like_colours() {
+        let glowing = |value, emission| Point { emission, ..point(value, 1.0, None) };
+        let points = [glowing(0.25, [0.0; 3]), glowing(0.75, [8.0, 2.0, 0.0])];
+        let table = TransferFunction1d::from_points(&points, Some(ColorMap::Hot), 5);
+        let top = [8.0, 2.0, 0.0];
+        assert_eq!(table.emission, Some(vec![[0.0; 3], [0.0; 3], [4.0, 1.0, 0.0], top, top]));
+        assert_eq!(TransferFunction1d::from_points(&points[..1], None, 5).emission, None, "nothing glows");
+        // In data units: window 0..4, so that the points stand at data values 1 and 3.
+        let points = [glowing(1.0, [0.0; 3]), glowing(3.0, [8.0, 2.0, 0.0])].to_vec();
+        let settings = Transfer1d { domain: Domain::Data, colormap: None, points, resolution: 5 };
+        assert_eq!(TransferFunction1d::from_settings(&settings, (0.0, 4.0)).emission, table.emission);
+    }
+
+    #[test]
     fn data_units_use_the_window() {
         // Window -100..300: 0 is at 0.25, 100 at 0.5; the points reach beyond the window.
         let settings = Transfer1d {

@@ -132,6 +132,21 @@ mod tests {
     }
 
     #[test]
+    fn emission_is_painted_like_colours() {
+        let below = Shape { emission: [3.0, 0.0, 9.0], ..shape(Outline::Rectangle, 0.0) };
+        let above = Shape { emission: [0.0, 6.0, 0.0], ..shape(Outline::Ellipse, 0.0) };
+        // Over, with the weights of the colours: 2/3 above, 1/3 below.
+        let (_, emission) = entry(&[below, above], [0.5, 0.5]);
+        for (got, expected) in emission.into_iter().zip([1.0, 4.0, 3.0]) {
+            assert!((got - expected).abs() < 1e-14, "{emission:?}");
+        }
+        let ([.., opacity], outside) = entry(&[below, above], [0.9, 0.9]);
+        assert_eq!((opacity, outside), (0.0, below.emission), "the rectangle is nearer");
+        assert_eq!(paint(&[below], [2, 2]).emission, Some(vec![below.emission; 4]));
+        assert_eq!(paint(&[shape(Outline::Ellipse, 0.0)], [2, 2]).emission, None);
+    }
+
+    #[test]
     fn empty_entries_take_the_colour_of_the_nearest_shape() {
         let far = Shape {
             centre: [0.0, 0.0],

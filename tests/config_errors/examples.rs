@@ -6,7 +6,7 @@ use svetlo::scene::Scene;
 use super::{SCENE, read};
 
 /// Name and text; what a text leaves out of camera, volume, medium and method is added by [`with_rest`].
-pub const EXAMPLES: [(&str, &str); 22] = [
+pub const EXAMPLES: [(&str, &str); 29] = [
     ("image", "seed = 18446744073709551615\n[image]\nwidth = 640\nheight = 480\nfilter = \"point\"\n"),
     (
         "thin lens",
@@ -80,6 +80,31 @@ pub const EXAMPLES: [(&str, &str); 22] = [
         "[method]\nkind = \"isosurface\"\nvalue = 300\ndomain = \"data\"\ncolor = [0.8,0.8,0.8]\nambient = 0.1\n\
          diffuse = 0.9\nspecular = 0.2\nshininess = 32\n",
     ),
+    (
+        "scattering medium",
+        "[medium]\nsigma_max = 40\nalbedo = 0.9\nextinction_color = [1, 0.8, 0.5]\n[phase]\nkind = \"two-lobe\"\n\
+         g = [0.9, -0.3]\nweight = 0.7\n[method]\nkind = \"multiple-scattering\"\n",
+    ),
+    ("rayleigh", "[medium]\nmode = \"opacity\"\nalbedo = \"#ff8000\"\n[phase]\nkind = \"rayleigh\"\n"),
+    ("isotropic", "[phase]\n"),
+    (
+        "single scattering",
+        "[method]\nkind = \"single-scattering\"\ntransmittance = \"ratio\"\nmajorant_scale = 2\npaths = 4\n\
+         [phase]\nkind = \"henyey-greenstein\"\ng = 0.9\n[film]\nauxiliary = true\n",
+    ),
+    (
+        "multiple scattering",
+        "[method]\nkind = \"multiple-scattering\"\nmax_order = 8\ntransmittance = \"residual-ratio\"\n\
+         majorant_scale = 1.5\npaths = 1\n",
+    ),
+    (
+        "rectangle light",
+        "[[light]]\nkind = \"rectangle\"\ncentre = [0, 3, 0]\nedge_u = [0, 0, 2]\nedge_v = [2, 0, 0]\nradiance = 5\n",
+    ),
+    (
+        "emission",
+        "[transfer]\npoints = [ { value = 0.0, opacity = 0.0 }, { value = 1.0, opacity = 1.0, emission = [8, 4, 1] } ]\n",
+    ),
     ("film", "[film]\ntonemap = \"filmic\"\nexposure = 2\ngamma = 2.2\n"),
     ("stop", "[stop]\nsamples = 16\ntime = \"30s\"\nerror = \"1%\"\n"),
     ("stop by fraction", "[stop]\ntime = \"500ms\"\nerror = 0.01\n"),
@@ -115,7 +140,7 @@ fn files_are_found_beside_the_scene() {
     let text = with_rest(
         "[volume]\nfile = \"brain_4x4x4_uint8.raw\"\ndims = [4, 4, 4]\ntype = \"uint8\"\nendian = \"big\"\noffset = 0\n\
          [transfer]\nkind = \"2d\"\ntable = \"tf2d.png\"\n\
-         [background]\nenvironment = \"studio.exr\"\nintensity = 2\nrotation = 90\n",
+         [background]\nenvironment = \"studio.exr\"\nintensity = 2\nrotation = 90\nsampling = \"importance\"\n",
     );
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, format!("\u{feff}{text}")).expect("written");

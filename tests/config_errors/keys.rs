@@ -14,7 +14,7 @@ error: unknown key `sigma_mx` in `medium`
 8 │ sigma_mx = 40.0
   │ ^^^^^^^^ did you mean `sigma_max`?
   │
-  = keys here: `mode`, `sigma_max`
+  = keys here: `mode`, `sigma_max`, `albedo`, `extinction_color`
 
 1 problem in scene.toml
 "#,
@@ -24,16 +24,16 @@ error: unknown key `sigma_mx` in `medium`
 #[test]
 fn unknown_key_without_a_suggestion() {
     fails(
-        &[("sigma_max = 40.0", "sigma_max = 40.0\nalbedo = 1")],
+        &[("sigma_max = 40.0", "sigma_max = 40.0\nthickness = 1")],
         &[],
         r#"
-error: unknown key `albedo` in `medium`
+error: unknown key `thickness` in `medium`
   ┌─ scene.toml:9:1
   │
-9 │ albedo = 1
-  │ ^^^^^^ no such key
+9 │ thickness = 1
+  │ ^^^^^^^^^ no such key
   │
-  = keys here: `mode`, `sigma_max`
+  = keys here: `mode`, `sigma_max`, `albedo`, `extinction_color`
 
 1 problem in scene.toml
 "#,
@@ -52,7 +52,7 @@ error: unknown key `lamp`
 7 │ [lamp]
   │  ^^^^ no such key
   │
-  = keys here: `seed`, `image`, `camera`, `volume`, `medium`, `transfer`, `background`, `light`, `method`, `film`, `stop`
+  = keys here: `seed`, `image`, `camera`, `volume`, `medium`, `phase`, `transfer`, `background`, `light`, `method`, `film`, `stop`
 
 1 problem in scene.toml
 "#,
@@ -107,7 +107,7 @@ error: missing key `kind` in `method`
   ┌─ scene.toml:9:1
   │
 9 │ [method]
-  │ ^^^^^^^^ needs `kind`: "emission-absorption", "mip" or "isosurface"
+  │ ^^^^^^^^ needs `kind`: "emission-absorption", "mip", "isosurface", "single-scattering" or "multiple-scattering"
 
 1 problem in scene.toml
 "#,
@@ -127,6 +127,44 @@ error: `camera.fov` does not go with kind = "orthographic"
   │ ^^^ only with kind = "perspective"
   │
   = keys here: `kind`, `position`, `target`, `up`, `height`
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn an_order_for_single_scattering() {
+    fails(
+        &[(r#""emission-absorption""#, "\"single-scattering\"\nmax_order = 8")],
+        &[],
+        r#"
+error: `method.max_order` does not go with kind = "single-scattering"
+   ┌─ scene.toml:11:1
+   │
+11 │ max_order = 8
+   │ ^^^^^^^^^ only with kind = "multiple-scattering"
+   │
+   = keys here: `kind`, `transmittance`, `majorant_scale`, `paths`
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn a_phase_function_without_its_name() {
+    fails(
+        &[("[method]", "[phase]\ng = 0.9\n[method]")],
+        &[],
+        r#"
+error: `phase.g` does not go with kind = "isotropic"
+   ┌─ scene.toml:10:1
+   │
+10 │ g = 0.9
+   │ ^ only with kind = "henyey-greenstein" or "two-lobe"
+   │
+   = keys here: `kind`
 
 1 problem in scene.toml
 "#,
@@ -226,7 +264,7 @@ error: unknown key `sigma_mx` in `medium`
 8 │ sigma_mx = 40.0
   │ ^^^^^^^^ did you mean `sigma_max`?
   │
-  = keys here: `mode`, `sigma_max`
+  = keys here: `mode`, `sigma_max`, `albedo`, `extinction_color`
 
 error: `image.width` must be a whole number
   ┌─ --set:1:13

@@ -50,7 +50,7 @@ error: unknown key `sigma_mx` in `medium`
 1 │ medium.sigma_mx=3
   │        ^^^^^^^^ did you mean `sigma_max`?
   │
-  = keys here: `mode`, `sigma_max`
+  = keys here: `mode`, `sigma_max`, `albedo`, `extinction_color`
 
 1 problem in scene.toml
 "#,

@@ -183,6 +183,42 @@ error: emission-absorption needs `medium.sigma_max`
 }
 
 #[test]
+fn scattering_without_sigma_max() {
+    fails(
+        &[("sigma_max = 40.0\n", ""), ("emission-absorption", "multiple-scattering")],
+        &[],
+        r#"
+error: multiple-scattering needs `medium.sigma_max`
+  ┌─ scene.toml:7:1
+  │
+7 │ [medium]
+  │ ^^^^^^^^ how dense is opacity 1?
+  │
+  = give `sigma_max`, the extinction at opacity 1 per scene unit, or `mode = "opacity"` in [medium]
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn black_extinction() {
+    fails(
+        &[("sigma_max = 40.0", "sigma_max = 40.0\nextinction_color = 0")],
+        &[],
+        r#"
+error: `medium.extinction_color` must not be black
+  ┌─ scene.toml:9:20
+  │
+9 │ extinction_color = 0
+  │                    ^ no channel would see the medium
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+#[test]
 fn points_out_of_order() {
     fails(
         &[(
@@ -306,6 +342,101 @@ error: `background.rotation` needs `background.environment`
    │
 10 │ rotation = 3
    │ ^^^^^^^^ there is no environment map to apply it to
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn sampling_without_environment() {
+    fails(
+        &[("[method]", "[background]\ncolor = 1\nsampling = \"escape\"\n[method]")],
+        &[],
+        r#"
+error: `background.sampling` needs `background.environment`
+   ┌─ scene.toml:11:1
+   │
+11 │ sampling = "escape"
+   │ ^^^^^^^^ there is no environment map to apply it to
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn auxiliary_channels_of_a_method_without_any() {
+    fails(
+        &[],
+        &["film.auxiliary=true"],
+        r#"
+error: `film.auxiliary` needs a scattering method
+  ┌─ --set:1:16
+  │
+1 │ film.auxiliary=true
+  │                ^^^^ this method makes no such channels
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+/// A rectangle light with these edges, before `[method]`.
+fn rectangle(edge_u: &str, edge_v: &str) -> String {
+    format!(
+        "[[light]]\nkind = \"rectangle\"\ncentre = [0, 2, 0]\nedge_u = {edge_u}\nedge_v = {edge_v}\nradiance = 1\n[method]"
+    )
+}
+
+#[test]
+fn rectangle_without_area() {
+    fails(
+        &[("[method]", &rectangle("[1, 0, 3]", "[-0.5, 0, -1.5]"))],
+        &[],
+        r#"
+error: `light.0.edge_v` must not be parallel to `light.0.edge_u`
+   ┌─ scene.toml:13:10
+   │
+13 │ edge_v = [-0.5, 0, -1.5]
+   │          ^^^^^^^^^^^^^^^ they span no rectangle
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn rectangle_without_an_edge() {
+    fails(
+        &[("[method]", &rectangle("[0, 0, 0]", "[1, 0, 0]"))],
+        &[],
+        r#"
+error: `light.0.edge_u` must not be zero
+   ┌─ scene.toml:12:10
+   │
+12 │ edge_u = [0, 0, 0]
+   │          ^^^^^^^^^ no direction
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn rectangle_for_an_isosurface() {
+    fails(
+        &[
+            ("[method]", &rectangle("[1, 0, 0]", "[0, 0, 1]")),
+            (r#""emission-absorption""#, "\"isosurface\"\nvalue = 0.5"),
+        ],
+        &[],
+        r#"
+error: isosurface takes point and directional lights
+   ┌─ scene.toml:10:8
+   │
+10 │ kind = "rectangle"
+   │        ^^^^^^^^^^^ a rectangle is for scattering methods
 
 1 problem in scene.toml
 "#,

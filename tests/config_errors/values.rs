@@ -152,7 +152,7 @@ error: `method.kind` cannot be "emision-absorption"
 10 │ kind = "emision-absorption"
    │        ^^^^^^^^^^^^^^^^^^^^ did you mean "emission-absorption"?
    │
-   = allowed: "emission-absorption", "mip" or "isosurface"
+   = allowed: "emission-absorption", "mip", "isosurface", "single-scattering" or "multiple-scattering"
 
 1 problem in scene.toml
 "#,
@@ -171,7 +171,7 @@ error: `method.kind` cannot be "photons"
 10 │ kind = "photons"
    │        ^^^^^^^^^ unknown word
    │
-   = allowed: "emission-absorption", "mip" or "isosurface"
+   = allowed: "emission-absorption", "mip", "isosurface", "single-scattering" or "multiple-scattering"
 
 1 problem in scene.toml
 "#,
@@ -231,6 +231,118 @@ error: `transfer.points.0.color.1` is out of range
    │                                                   ^ must be at least 0 and at most 1
 
 2 problems in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn scattering_out_of_range() {
+    fails(
+        &[
+            ("sigma_max = 40.0", "sigma_max = 40.0\nalbedo = 1.1\nextinction_color = [1, 1, -1]"),
+            (
+                r#""emission-absorption""#,
+                "\"multiple-scattering\"\nmax_order = 0\nmajorant_scale = 0.5\npaths = 65",
+            ),
+        ],
+        &["phase={kind = \"henyey-greenstein\", g = 1}"],
+        r#"
+error: `medium.albedo` is out of range
+  ┌─ scene.toml:9:10
+  │
+9 │ albedo = 1.1
+  │          ^^^ must be at least 0 and at most 1
+
+error: `medium.extinction_color.2` is out of range
+   ┌─ scene.toml:10:27
+   │
+10 │ extinction_color = [1, 1, -1]
+   │                           ^^ must be at least 0
+
+error: `method.max_order` is out of range
+   ┌─ scene.toml:13:13
+   │
+13 │ max_order = 0
+   │             ^ must be at least 1 and at most 1000000
+
+error: `method.majorant_scale` is out of range
+   ┌─ scene.toml:14:18
+   │
+14 │ majorant_scale = 0.5
+   │                  ^^^ must be at least 1 and at most 64
+
+error: `method.paths` is out of range
+   ┌─ scene.toml:15:9
+   │
+15 │ paths = 65
+   │         ^^ must be at least 1 and at most 64
+
+error: `phase.g` is out of range
+  ┌─ --set:1:40
+  │
+1 │ phase={kind = "henyey-greenstein", g = 1}
+  │                                        ^ must be at least -0.999 and at most 0.999
+
+6 problems in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn lobes_that_are_not_two() {
+    fails(
+        &[("[method]", "[phase]\nkind = \"two-lobe\"\ng = [0.9, 0.5, 0.1]\nweight = 0.5\n[method]")],
+        &[],
+        r#"
+error: `phase.g` must be a list of 2 numbers
+   ┌─ scene.toml:11:5
+   │
+11 │ g = [0.9, 0.5, 0.1]
+   │     ^^^^^^^^^^^^^^^ this is a list of 3 entries
+
+1 problem in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn lobes_out_of_range() {
+    fails(
+        &[("[method]", "[phase]\nkind = \"two-lobe\"\ng = [0.9, -1]\nweight = 2\n[method]")],
+        &[],
+        r#"
+error: `phase.g.1` is out of range
+   ┌─ scene.toml:11:11
+   │
+11 │ g = [0.9, -1]
+   │           ^^ must be at least -0.999 and at most 0.999
+
+error: `phase.weight` is out of range
+   ┌─ scene.toml:12:10
+   │
+12 │ weight = 2
+   │          ^ must be at least 0 and at most 1
+
+2 problems in scene.toml
+"#,
+    );
+}
+
+#[test]
+fn an_unknown_transmittance() {
+    fails(
+        &[(r#""emission-absorption""#, "\"single-scattering\"\ntransmittance = \"residual\"")],
+        &[],
+        r#"
+error: `method.transmittance` cannot be "residual"
+   ┌─ scene.toml:11:17
+   │
+11 │ transmittance = "residual"
+   │                 ^^^^^^^^^^ unknown word
+   │
+   = allowed: "auto", "analog", "ratio", "residual-ratio" or "ray-marching"
+
+1 problem in scene.toml
 "#,
     );
 }
