@@ -44,8 +44,8 @@ pub fn fluence(albedo: f64, distance: f64) -> f64 {
     (pole + cut) / (4.0 * PI * distance)
 }
 
-/// The positive root κ of ϖ artanh(κ) = κ: far away the fluence falls like e^{−κr}/r.
-fn diffusion_exponent(albedo: f64) -> f64 {
+/// The root κ of ϖ artanh(κ) = κ in 0..1, for an albedo in 0..1, exclusive: far away the fluence falls like e^{−κr}/r.
+pub fn diffusion_exponent(albedo: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..200 {
         let middle: f64 = 0.5 * (low + high);

@@ -10,6 +10,7 @@
 //! - [`quadrature`]: Gauss–Legendre rules
 //! - [`medium`], [`emission_absorption`]: the transfer function and the integral along a ray
 //! - [`mip`], [`isosurface`]: the largest value, the first surface and its shading
+//! - [`scattering`]: plain Monte Carlo for any scene, and single scattering in a homogeneous box by quadrature
 //! - [`slab`], [`half_space`]: layers, half spaces and infinite media that scatter, by transport theory
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
@@ -25,5 +26,6 @@ pub mod medium;
 pub mod mip;
 pub mod quadrature;
 pub mod random;
+pub mod scattering;
 pub mod slab;
 pub mod sobol;
