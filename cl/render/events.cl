@@ -149,13 +149,9 @@ INLINE Ints scatter(struct PathLanes *path, struct FlightLanes *f, const struct 
         Reals throughput = before[c] / chance;
         absorbed[c] = throughput * (1.0f - albedo[c]);
         Reals scattered = throughput * albedo[c];
-        Reals source = emission[c];
-        Reals lost = zero;
-#ifdef CONTROL
-        source -= channel_of(m->frame->background, c);
-        lost = PICK(zero, scattered * channel_of(m->frame->background, c), cut);
-#endif
-        path->light[c] += PICK(zero, absorbed[c] * source - lost, on);
+        float control = channel_of(m->method->control, c);
+        Reals lost = PICK(zero, scattered * control, cut);
+        path->light[c] += PICK(zero, absorbed[c] * (emission[c] - control) - lost, on);
         path->throughput[c] = PICK(path->throughput[c], scattered, on);
         largest = max(largest, scattered);
     }
@@ -294,12 +290,7 @@ INLINE void begin_paths(struct PathLanes *path, struct FlightLanes *f, struct Ra
     path->ray = PICK(path->ray, (Ints)(CAMERA_RAY), begun);
     path->opacity = PICK(path->opacity, (Reals)(0.0f), begun);
     for (int c = 0; c < CHANNELS; ++c) {
-#ifdef CONTROL
-        Reals light = (Reals)(channel_of(m->frame->background, c));
-#else
-        Reals light = (Reals)(0.0f);
-#endif
-        path->light[c] = PICK(path->light[c], light, begun);
+        path->light[c] = PICK(path->light[c], (Reals)(channel_of(m->method->control, c)), begun);
         path->throughput[c] = PICK(path->throughput[c], (Reals)(1.0f), begun);
     }
     f->threshold = PICK(f->threshold, (Reals)(m->method->camera_threshold), begun);

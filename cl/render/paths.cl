@@ -106,7 +106,8 @@ INLINE void start_rays(struct FlightLanes *f, struct RayLanes *ray, const struct
     start_flights(f, ray, m, from, to, random, mask);
 }
 
-// Adds what the lanes of `mask` see behind the medium: the background and the rectangles that they meet.
+// Adds what the lanes of `mask` see behind the medium: the rectangles that they meet, and what the environment map
+// differs from the constant that light is counted from. A constant background is that constant.
 INLINE void see_lights(struct PathLanes *path, const struct FlightLanes *f, const struct RayLanes *ray,
     const struct MediumTables *m, const struct Surroundings *s, Ints mask) {
 #if defined(ENVIRONMENT) || defined(RECTANGLES)
@@ -125,7 +126,7 @@ INLINE void see_lights(struct PathLanes *path, const struct FlightLanes *f, cons
         float4 direction = (float4)(dx.lane[i], dy.lane[i], dz.lane[i], 0.0f);
         float4 radiance = (float4)(0.0f);
 #ifdef ENVIRONMENT
-        radiance.xyz = background_radiance(m->frame, s->environment, direction.xyz)
+        radiance.xyz = (background_radiance(m->frame, s->environment, direction.xyz) - m->method->control.xyz)
             * balance(pdf.lane[i], environment_pdf(m->frame, s->environment_sums, direction));
 #endif
 #ifdef RECTANGLES
@@ -138,12 +139,6 @@ INLINE void see_lights(struct PathLanes *path, const struct FlightLanes *f, cons
     }
     for (int c = 0; c < CHANNELS; ++c) {
         path->light[c] += PICK((Reals)(0.0f), path->throughput[c] * through_of(f, c) * seen[c].all, mask);
-    }
-#endif
-#if !defined(ENVIRONMENT) && !defined(CONTROL)
-    for (int c = 0; c < CHANNELS; ++c) {
-        Reals radiance = through_of(f, c) * channel_of(m->frame->background, c);
-        path->light[c] += PICK((Reals)(0.0f), path->throughput[c] * radiance, mask);
     }
 #endif
 }

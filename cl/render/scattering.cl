@@ -8,9 +8,10 @@
 // Random numbers count from (pixel, sample, path), lights are summed per pixel in a fixed order: the same bits
 // whatever the launch sizes.
 //
-// With a constant background and no limit but Russian roulette (CONTROL), light is counted from that background: a
-// path starts with it and every collision takes away what it absorbs, (1 - albedo) of it. Escaping rays then bring
-// nothing, a furnace has no noise, and paths may stop early where little more can change.
+// Light is counted from a constant radiance, the background's mean: a path starts with it, every collision takes away
+// what it absorbs of it, (1 - albedo), and an escaping ray brings what the background differs by. The transport equation
+// is linear, so the mean is the same, but a constant background takes no noise at all: a furnace is white in every
+// sample, and paths may end early where little more can change.
 #include "film/accumulate.cl"
 #include "render/events.cl"
 #include "render/frame.cl"

@@ -2,6 +2,7 @@
 struct Scattering {
     float4 low;              // low corner of what can hold extinction, grid coordinates
     float4 high;             // high corner
+    float4 control;          // radiance that light is counted from
     float4 albedo;           // constant single-scattering albedo (CONSTANT_ALBEDO)
     float4 phase;            // mean cosines of the lobes, share of the first one
     float4 extinction;       // extinction per channel relative to sigma_t (CHROMATIC), largest 1

@@ -17,6 +17,8 @@ device_struct! {
         pub low: [f32; 4],
         /// Its high corner.
         pub high: [f32; 4],
+        /// Radiance that light is counted from.
+        pub control: [f32; 4],
         /// Constant single-scattering albedo.
         pub albedo: [f32; 4],
         /// Mean cosines of the phase function's lobes and the share of the first.
@@ -131,8 +133,6 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
             (max.map_or(i32::MAX, |max| i32::try_from(max).unwrap_or(i32::MAX)), false)
         }
     };
-    let constant_background = matches!(scene.background, Background::Constant(_));
-    let control = constant_background && !single;
     let constant_albedo = majorants.constant_color.or((majorants.largest == 0.0).then_some([0.0; 3]));
     let ramp = (!two_d && !constant_sigma).then(|| table.linear_ramp()).flatten();
     let grey = is_grey(input, &table, emission.as_deref(), chromatic);
@@ -142,6 +142,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let parameters = Scattering {
         low,
         high,
+        control: control(input, &lights),
         albedo: float4(std::array::from_fn(|c| albedo[c] * constant_albedo.unwrap_or([1.0; 3])[c]), 0.0),
         phase: phase_parameters(scene.phase),
         extinction: float4(extinction, 0.0),
@@ -168,7 +169,6 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         .feature("CHROMATIC", chromatic.is_some())
         .feature("EMISSION", emission.is_some())
         .feature("GREY", grey)
-        .feature("CONTROL", control)
         .feature("SAMPLE_LIGHTS", lights.sampled())
         .feature("RECTANGLES", lights.has_rectangles())
         .feature("AUXILIARY", scene.film.auxiliary);
@@ -226,6 +226,19 @@ fn thresholds(transmittance: Transmittance, single: bool, closed_form: bool) -> 
         Transmittance::Auto => [SWITCH, SWITCH, flight(SWITCH)],
         _ => [0.0, 0.0, flight(0.0)],
     }
+}
+
+/// The radiance that light is counted from: what the medium is bathed in on average. A sampled map is not: its samples
+/// follow its brightness, and a difference does not.
+fn control(input: &MethodInput<'_>, lights: &Lights) -> [f32; 4] {
+    let [r, g, b] = match (&input.scene.background, input.environment) {
+        (Background::Constant(color), _) => *color,
+        (Background::Environment { intensity, .. }, Some(map)) if lights.environment_pick == 0.0 => {
+            map.mean_radiance().map(|mean| intensity * mean)
+        }
+        _ => [0.0; 3],
+    };
+    [r as f32, g as f32, b as f32, 0.0]
 }
 
 /// The box of what can hold extinction, in grid coordinates; empty without any.
