@@ -64,11 +64,14 @@ INLINE float4 phase_sample(struct Phase p, float4 direction, float2 u, float *pd
     return uniform_direction(u);
 #else
 #if defined(PHASE_RAYLEIGH)
-    // mu^3 + 3 mu = 2 h: Cardano's c - 1/c with c^3 = h + sqrt(h^2 + 1), written without its difference.
+    // mu^3 + 3 mu = 2 h = 8 u - 4: a minimax polynomial, right to 2.8e-3, and one step of Halley's method, which leaves
+    // 1e-8. The cube roots of Cardano's formula take several times as long.
     float h = 4.0f * u.x - 2.0f;
-    float c = cbrt(fabs(h) + sqrt(h * h + 1.0f));
-    float s = c * c;
-    float mu = 2.0f * h * s / (s * (s + 1.0f) + 1.0f);
+    float z = h * h;
+    float mu = h * (0.654841706f + z * (-0.0623711604f + z * 0.00600199587f));
+    float q = mu * mu + 1.0f;
+    float miss = mu * (q + 2.0f) - 2.0f * h;
+    mu -= miss * q / (3.0f * q * q - mu * miss);
     mu = clamp(mu, -1.0f, 1.0f);
     float2 cosine = (float2)(1.0f - mu, 1.0f + mu);
 #elif defined(PHASE_TWO_LOBE)

@@ -79,7 +79,8 @@ mod tests {
     fn scrambled_pixels_keep_one_point_in_every_elementary_interval() {
         for pixel in 0..8 {
             let keys = philox4x32([pixel, 0, 0, 0], [1, 0]);
-            let points: Vec<_> = (0..256).map(|sample| pair(sample, keys, 4 * (pixel as usize % 2))).collect();
+            let points: Vec<_> =
+                (0..256).map(|sample| pair(sample, keys, 4 * (pixel as usize % 2))).collect();
             for split in 0..=8 {
                 let mut seen = [false; 256];
                 for [x, y] in &points {
