@@ -4,6 +4,8 @@
 
 // Purposes keep streams apart that share a pixel and a sample.
 #define RNG_STEP_PHASE 1u
+#define RNG_STRATA 3u // keys of a sample's stratified points
+#define RNG_PATH 2u // with the path's number in the upper 24 bits (see stream.cl)
 
 INLINE uint4 philox4x32(uint4 counter, uint2 key) {
     for (int round = 0; round < 10; ++round) {

@@ -1,21 +1,24 @@
-// Owen-scrambled, shuffled Sobol points in four dimensions (Burley, "Practical Hash-based Owen Scrambling", 2020).
-// Dimensions 0 and 1: position in the pixel; 2 and 3: position on the lens. Direction numbers: Joe and Kuo 2008.
+// Owen-scrambled, shuffled Sobol points in eight dimensions (Burley, "Practical Hash-based Owen Scrambling", 2020).
+//
+// Dimensions 0 to 3 are one sequence, 4 to 7 the same one, shuffled and scrambled independently, as Burley pads. Within a
+// pixel's sequence over samples, 0 and 1 are the position in the pixel, 2 and 3 that on the lens.
 
 #include "common/rng.cl"
 
+// Direction numbers of dimensions 1 to 3 (Joe and Kuo 2008), bit-reversed: hashes act on reversed numbers.
 __constant uint SOBOL_DIRECTIONS[3][32] = {
-    {0x80000000u, 0xc0000000u, 0xa0000000u, 0xf0000000u, 0x88000000u, 0xcc000000u, 0xaa000000u, 0xff000000u,
-     0x80800000u, 0xc0c00000u, 0xa0a00000u, 0xf0f00000u, 0x88880000u, 0xcccc0000u, 0xaaaa0000u, 0xffff0000u,
-     0x80008000u, 0xc000c000u, 0xa000a000u, 0xf000f000u, 0x88008800u, 0xcc00cc00u, 0xaa00aa00u, 0xff00ff00u,
-     0x80808080u, 0xc0c0c0c0u, 0xa0a0a0a0u, 0xf0f0f0f0u, 0x88888888u, 0xccccccccu, 0xaaaaaaaau, 0xffffffffu},
-    {0x80000000u, 0xc0000000u, 0x60000000u, 0x90000000u, 0xe8000000u, 0x5c000000u, 0x8e000000u, 0xc5000000u,
-     0x68800000u, 0x9cc00000u, 0xee600000u, 0x55900000u, 0x80680000u, 0xc09c0000u, 0x60ee0000u, 0x90550000u,
-     0xe8808000u, 0x5cc0c000u, 0x8e606000u, 0xc5909000u, 0x6868e800u, 0x9c9c5c00u, 0xeeee8e00u, 0x5555c500u,
-     0x8000e880u, 0xc0005cc0u, 0x60008e60u, 0x9000c590u, 0xe8006868u, 0x5c009c9cu, 0x8e00eeeeu, 0xc5005555u},
-    {0x80000000u, 0xc0000000u, 0x20000000u, 0x50000000u, 0xf8000000u, 0x74000000u, 0xa2000000u, 0x93000000u,
-     0xd8800000u, 0x25400000u, 0x59e00000u, 0xe6d00000u, 0x78080000u, 0xb40c0000u, 0x82020000u, 0xc3050000u,
-     0x208f8000u, 0x51474000u, 0xfbea2000u, 0x75d93000u, 0xa0858800u, 0x914e5400u, 0xdbe79e00u, 0x25db6d00u,
-     0x58800080u, 0xe54000c0u, 0x79e00020u, 0xb6d00050u, 0x800800f8u, 0xc00c0074u, 0x200200a2u, 0x50050093u},
+    {0x00000001u, 0x00000003u, 0x00000005u, 0x0000000fu, 0x00000011u, 0x00000033u, 0x00000055u, 0x000000ffu,
+     0x00000101u, 0x00000303u, 0x00000505u, 0x00000f0fu, 0x00001111u, 0x00003333u, 0x00005555u, 0x0000ffffu,
+     0x00010001u, 0x00030003u, 0x00050005u, 0x000f000fu, 0x00110011u, 0x00330033u, 0x00550055u, 0x00ff00ffu,
+     0x01010101u, 0x03030303u, 0x05050505u, 0x0f0f0f0fu, 0x11111111u, 0x33333333u, 0x55555555u, 0xffffffffu},
+    {0x00000001u, 0x00000003u, 0x00000006u, 0x00000009u, 0x00000017u, 0x0000003au, 0x00000071u, 0x000000a3u,
+     0x00000116u, 0x00000339u, 0x00000677u, 0x000009aau, 0x00001601u, 0x00003903u, 0x00007706u, 0x0000aa09u,
+     0x00010117u, 0x0003033au, 0x00060671u, 0x000909a3u, 0x00171616u, 0x003a3939u, 0x00717777u, 0x00a3aaaau,
+     0x01170001u, 0x033a0003u, 0x06710006u, 0x09a30009u, 0x16160017u, 0x3939003au, 0x77770071u, 0xaaaa00a3u},
+    {0x00000001u, 0x00000003u, 0x00000004u, 0x0000000au, 0x0000001fu, 0x0000002eu, 0x00000045u, 0x000000c9u,
+     0x0000011bu, 0x000002a4u, 0x0000079au, 0x00000b67u, 0x0000101eu, 0x0000302du, 0x00004041u, 0x0000a0c3u,
+     0x0001f104u, 0x0002e28au, 0x000457dfu, 0x000c9baeu, 0x0011a105u, 0x002a7289u, 0x0079e7dbu, 0x00b6dba4u,
+     0x0100011au, 0x030002a7u, 0x0400079eu, 0x0a000b6du, 0x1f001001u, 0x2e003003u, 0x45004004u, 0xc900a00au},
 };
 
 INLINE uint reverse_bits(uint x) {
@@ -26,7 +29,7 @@ INLINE uint reverse_bits(uint x) {
     return (x >> 16) | (x << 16);
 }
 
-// Laine-Karras permutation: each bit depends only on lower bits.
+// Laine-Karras permutation: each bit depends only on lower bits. Of reversed numbers, a nested uniform scramble.
 INLINE uint laine_karras(uint x, uint seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
@@ -36,27 +39,43 @@ INLINE uint laine_karras(uint x, uint seed) {
     return x;
 }
 
-INLINE uint nested_uniform_scramble(uint x, uint seed) {
-    return reverse_bits(laine_karras(reverse_bits(x), seed));
+// Keys of the second sequence: the finaliser lowbias32 (Wellons 2018) of each word.
+INLINE uint4 second_keys(uint4 x) {
+    x += 0x9e3779b9u;
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    return x ^ x >> 16;
 }
 
-INLINE uint sobol(uint index, int dimension) {
-    if (dimension == 0) {
-        return reverse_bits(index);
-    }
-    uint x = 0;
-    for (int bit = 0; bit < 32 && index >> bit; ++bit) {
-        x ^= (index >> bit & 1u) ? SOBOL_DIRECTIONS[dimension - 1][bit] : 0u;
-    }
-    return x;
+// The place of a sample after shuffling, bit-reversed: samples below any power of two from 64 keep to themselves.
+//
+// A plain shuffle would also flip the bits above, all alike. That is left out, because it only adds a constant to every
+// Sobol point, which scrambling does anyway, and few samples then take few direction numbers.
+INLINE uint shuffled(uint sample, uint key) {
+    uint place = laine_karras(reverse_bits(sample), key);
+    return sample < 64u ? place & 0xfc000000u : place ^ (laine_karras(0u, key) & 0x03ffffffu);
 }
 
-// The point of `sample` in the sequence of one pixel, dimensions `first` and `first` + 1, in [0, 1).
-// `keys`: four random words that belong to the pixel.
+// The point of `sample` in dimensions `first` (0, 2, 4 or 6) and `first` + 1, in [0, 1).
+// `keys`: four random words that belong to the sequence.
 INLINE float2 sobol_pair(uint sample, uint4 keys, int first) {
-    uint index = nested_uniform_scramble(sample, keys.w);
-    uint key = first == 0 ? keys.x : keys.y;
-    uint a = nested_uniform_scramble(sobol(index, first), key);
-    uint b = nested_uniform_scramble(sobol(index, first + 1), key ^ keys.z);
+    if (first >= 4) {
+        keys = second_keys(keys);
+    }
+    bool low = (first & 2) == 0;
+    uint a = 0u;
+    uint b = 0u;
+    uint places = shuffled(sample, keys.w);
+    for (int bit = 0; places != 0u; ++bit) {
+        uint mask = (uint)((int)places >> 31);
+        a ^= mask & (low ? 1u << bit : SOBOL_DIRECTIONS[1][bit]);
+        b ^= mask & (low ? SOBOL_DIRECTIONS[0][bit] : SOBOL_DIRECTIONS[2][bit]);
+        places <<= 1;
+    }
+    uint key = low ? keys.x : keys.y;
+    a = reverse_bits(laine_karras(a, key));
+    b = reverse_bits(laine_karras(b, key ^ keys.z));
     return (float2)(uniform_float(a), uniform_float(b));
 }

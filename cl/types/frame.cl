@@ -10,7 +10,7 @@ struct Frame {
     uint table_size;        // entries of the transfer function's table
     uint table_rows;        // rows of a 2-D table (gradient magnitude), 1 otherwise
     float gradient_scale;   // gradient of the value (in entries) per local unit -> row of the table
+    uint rectangle_count;   // the first lights are rectangles
+    float environment_pick; // probability with which light_sample picks the environment map; 0 = never
     uint pad_0;
-    uint pad_1;
-    uint pad_2;
 };

@@ -6,6 +6,7 @@ struct Volume {
     float4 scale;        // grid units per local unit, per axis (1 on the axes of smallest spacing)
     int4 dims;           // voxels per axis
     int4 bricks;         // distance in memory between neighbouring bricks along x, y, z; w: log2 of the cells per edge
+    int4 brick_counts;   // bricks per axis
     uint row;            // elements per row of the padded buffer
     uint slice;          // elements per slice
     float value_scale;   // raw value -> window value: v = (raw - value_zero) * value_scale, exactly 0 at the

@@ -1,11 +1,15 @@
 // Voxels and their trilinear interpolation.
 //
 // The buffer is padded by GRID_PAD copies of the border voxels, so nothing here clamps an index.
+#include "common/lanes.cl"
 #include "volume/grid.cl"
 
 #ifndef VOXEL
 #define VOXEL uchar
 #endif
+#define VOXEL_PAIR_(type) type##2
+#define VOXEL_PAIR_OF(type) VOXEL_PAIR_(type)
+#define VOXEL_PAIR VOXEL_PAIR_OF(VOXEL)
 
 // The eight stored values around a cell; x changes fastest, then y.
 struct Corners {
@@ -80,6 +84,48 @@ INLINE float8 sample_raw8(__constant struct Volume *volume, __global const VOXEL
     return low + fz * (high - low);
 }
 #endif
+
+// The interpolated stored values at points in grid coordinates inside the padded box. With more than one lane indices
+// are 32-bit: for buffers of less than 2^31 voxels.
+INLINE Reals sample_raw_lanes(__constant struct Volume *volume, __global const VOXEL *voxels, struct Points p) {
+#if WIDTH == 1
+    return sample_raw(volume, voxels, (float4)(p.x, p.y, p.z, 0.0f));
+#else
+    Ints cx = TO_INTS(p.x);
+    Ints cy = TO_INTS(p.y);
+    Ints cz = TO_INTS(p.z);
+    Reals fx = p.x - TO_REALS(cx);
+    Reals fy = p.y - TO_REALS(cy);
+    Reals fz = p.z - TO_REALS(cz);
+    IntLanes index = int_lanes(cz * (int)volume->slice + cy * (int)volume->row + cx);
+    RealLanes c000, c100, c010, c110, c001, c101, c011, c111;
+    for (int i = 0; i < WIDTH; ++i) {
+        __global const VOXEL *low = voxels + index.lane[i];
+        __global const VOXEL *high = low + volume->slice;
+        // In pairs, or compilers make gathers of 64-bit addresses, which are slower.
+        VOXEL_PAIR pair = vload2(0, low);
+        c000.lane[i] = (float)pair.x;
+        c100.lane[i] = (float)pair.y;
+        pair = vload2(0, low + volume->row);
+        c010.lane[i] = (float)pair.x;
+        c110.lane[i] = (float)pair.y;
+        pair = vload2(0, high);
+        c001.lane[i] = (float)pair.x;
+        c101.lane[i] = (float)pair.y;
+        pair = vload2(0, high + volume->row);
+        c011.lane[i] = (float)pair.x;
+        c111.lane[i] = (float)pair.y;
+    }
+    // z first, as trilinear() does.
+    Reals a = c000.all + fz * (c001.all - c000.all);
+    Reals b = c100.all + fz * (c101.all - c100.all);
+    Reals c = c010.all + fz * (c011.all - c010.all);
+    Reals d = c110.all + fz * (c111.all - c110.all);
+    a += fy * (c - a);
+    b += fy * (d - b);
+    return a + fx * (b - a);
+#endif
+}
 
 // Window value, not clamped.
 INLINE float window_value(__constant struct Volume *volume, float raw) {

@@ -9,8 +9,8 @@ use crate::config::formats::{parse_duration, parse_percentage};
 use crate::device::{Catalog, Device};
 use crate::picture::{Curve, Encoding, Tonemap, check_writable, write_exr, write_png};
 use crate::render::{
-    BRICK_SHIFT, Ended, Observer, Plan, Session, Snapshot, Status, announced_memory, load_volume,
-    run as run_progressive,
+    BRICK_SHIFT, Ended, Observer, Plan, Saved, Session, Snapshot, Spent, Status, announced_memory, data_hash,
+    load_volume, run as run_progressive,
 };
 use crate::scene::{FilmSettings, Scene, Stop, Tonemap as SceneTonemap};
 use crate::{Error, Result};
@@ -46,6 +46,10 @@ pub struct RenderArgs {
     /// Seed of the random numbers; overrides the scene's.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
+    /// Continue the render whose image is at the output, bit for bit as if it had never stopped. --samples is the
+    /// total then, --error that of the whole, --time that of this run. Without an image there, start anew.
+    #[arg(long)]
+    resume: bool,
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
@@ -72,21 +76,34 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
         check_writable(path)?;
         check_inputs_survive(path, &arguments.scene, &scene)?;
     }
+    let saved = if arguments.resume { saved(arguments, &output, &scene)? } else { None };
     let interrupt = watch_interrupt()?;
     let catalog = Catalog::enumerate();
     let info = catalog.select(selector(arguments).as_deref())?;
     announced_memory(&scene).check(info)?;
     let volume = load_volume(&scene.volume)?;
     let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
+    let data_hash = data_hash(&plan, &volume)?;
+    let film = saved.as_ref().map(|saved| saved.film(&plan, &data_hash)).transpose()?;
     if !arguments.quiet {
-        plan.notes.iter().for_each(|note| say(&format!("note: {note}")));
+        let resumed = saved.as_ref().and_then(|saved| saved.note(info));
+        plan.notes.iter().chain(&resumed).for_each(|note| say(&format!("note: {note}")));
     }
+    // Its planes are as large as the image.
+    drop(saved);
     let requested = Arc::clone(&interrupt);
     let mut session =
         Session::new(Device::open(info)?, &plan).map_err(|error| or_interrupted(&requested, error))?;
+    let spent = film.as_ref().map(|film| film.spent);
+    if let Some(film) = film {
+        session.restore(&film)?;
+    }
+    let begun = session.progress();
     let stop = stop_rules(arguments, &scene);
     let mut watcher = Watcher {
         plan: &plan,
+        data_hash: &data_hash,
+        spent: spent.unwrap_or_default(),
         output: &output,
         preview: &preview,
         tonemap: tonemap(&scene.film),
@@ -103,7 +120,8 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
         say("interrupted before the first sample of every pixel was done; nothing was written");
         return Err(Error::Interrupted);
     }
-    let snapshot = watcher.write(&session)?;
+    let added = session.progress() != begun;
+    let snapshot = watcher.write(&session, added)?;
     let summary = Summary {
         scene: &arguments.scene,
         output: &output,
@@ -112,10 +130,21 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
         session: &session,
         snapshot: &snapshot,
         ended,
-        wall: start.elapsed(),
+        wall: watcher.wall(),
+        resumed: spent,
+        added,
     };
     summary.print(arguments.json, arguments.quiet)?;
     summary.outcome()
+}
+
+/// The image to continue, if there is one.
+fn saved(arguments: &RenderArgs, output: &Path, scene: &Scene) -> Result<Option<Saved>> {
+    let saved = Saved::open(output, scene)?;
+    if saved.is_none() && !arguments.quiet {
+        say(&format!("note: there is no {} to resume: the render starts anew", output.display()));
+    }
+    Ok(saved)
 }
 
 /// `--device`, else `SVETLO_DEVICE` unless it is empty, as an unset variable of a script is.
@@ -180,6 +209,9 @@ struct Watcher<'a> {
     plan: &'a Plan<'a>,
     output: &'a Path,
     preview: &'a Path,
+    data_hash: &'a str,
+    /// What the runs before this one took.
+    spent: Spent,
     tonemap: Tonemap,
     start: Instant,
     interrupt: Arc<AtomicBool>,
@@ -188,18 +220,32 @@ struct Watcher<'a> {
 }
 
 impl Watcher<'_> {
-    fn write(&self, session: &Session) -> Result<Snapshot> {
-        let snapshot = Snapshot::take(session, self.plan, self.start.elapsed())?;
-        write_exr(self.output, &snapshot.picture)?;
+    /// Time that the render has taken, earlier runs included.
+    fn wall(&self) -> Duration {
+        self.spent.wall + self.start.elapsed()
+    }
+
+    /// Writes the preview, and the image unless it is the one that was read.
+    fn write(&self, session: &Session, changed: bool) -> Result<Snapshot> {
+        let snapshot = Snapshot::take(session, self.plan, self.data_hash, self.wall())?;
+        if changed {
+            write_exr(self.output, &snapshot.picture)?;
+        }
         write_png(self.preview, &snapshot.picture, &self.tonemap)?;
         Ok(snapshot)
     }
 
     /// How much of the render is done, by the rule that is nearest to its end.
     fn fraction(&self, status: &Status) -> Option<f64> {
-        let samples = status.target.map(|target| f64::from(status.progress.samples) / f64::from(target));
+        let now = f64::from(status.progress.samples);
+        // Of what this run has to add.
+        let begun = f64::from(self.spent.progress.samples);
+        let towards = |target: f64| (now - begun) / (target - begun);
+        let samples = status.target.map(|target| towards(f64::from(target)));
         let time = self.stop.time.map(|time| status.elapsed.as_secs_f64() / time.as_secs_f64());
-        let error = self.stop.error.zip(status.error).map(|(wanted, error)| (wanted / error).powi(2));
+        // The error falls as n^-1/2.
+        let error =
+            self.stop.error.zip(status.error).map(|(wanted, error)| towards(now * (error / wanted).powi(2)));
         [samples, time, error].into_iter().flatten().reduce(f64::max)
     }
 }
@@ -211,7 +257,7 @@ impl Observer for Watcher<'_> {
     }
 
     fn snapshot(&mut self, session: &Session) -> Result<()> {
-        self.write(session).map(drop)
+        self.write(session, true).map(drop)
     }
 
     fn interrupted(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use super::stderr::say;
 use super::{pretty, print_line};
-use crate::render::{Ended, Plan, Session, Snapshot, method_name};
+use crate::render::{Ended, Plan, Session, Snapshot, Spent, method_name};
 use crate::{Error, Result};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -24,8 +24,12 @@ pub struct Summary<'a> {
     pub snapshot: &'a Snapshot,
     /// Why it ended.
     pub ended: Ended,
-    /// Time since the command began.
+    /// Time that the render has taken, earlier runs included.
     pub wall: Duration,
+    /// What earlier runs took, if this one continued them.
+    pub resumed: Option<Spent>,
+    /// Whether this run added anything.
+    pub added: bool,
 }
 
 impl Summary<'_> {
@@ -41,7 +45,12 @@ impl Summary<'_> {
             return Ok(());
         }
         say(&self.line());
-        print_line(&format!("wrote {} and its preview {}", self.output.display(), self.preview.display()))
+        let (output, preview) = (self.output.display(), self.preview.display());
+        print_line(&if self.added {
+            format!("wrote {output} and its preview {preview}")
+        } else {
+            format!("{output} is finished already and was left as it is; wrote its preview {preview}")
+        })
     }
 
     /// What the end means for the exit code.
@@ -78,8 +87,11 @@ impl Summary<'_> {
             Ended::Error => "; the error is small enough",
             Ended::Samples | Ended::Interrupted => "",
         };
+        let earlier = self.resumed.map_or(String::new(), |spent| {
+            format!(", {} of them from earlier runs,", spent.progress.samples)
+        });
         format!(
-            "{} in {:.2} s ({:.2} s on {}){error}{why}",
+            "{}{earlier} in {:.2} s ({:.2} s on {}){error}{why}",
             count(progress.samples),
             self.wall.as_secs_f64(),
             progress.device_time.as_secs_f64(),
@@ -106,6 +118,16 @@ impl Summary<'_> {
                 "device": progress.device_time.as_secs_f64(),
                 "build": self.session.build_time.as_secs_f64(),
             },
+            // What of this earlier runs contributed.
+            "resumed": self.resumed.map(|spent| json!({
+                "samples": spent.progress.samples,
+                "seconds": {
+                    "wall": spent.wall.as_secs_f64(),
+                    "device": spent.progress.device_time.as_secs_f64(),
+                    "build": spent.build.as_secs_f64(),
+                },
+                "launches": spent.progress.launches,
+            })),
             "build_cached": self.session.build_cached,
             "launches": progress.launches,
             "lookups": summary.lookups,

@@ -52,6 +52,8 @@ pub struct DeviceInfo {
     pub local_memory: u64,
     /// Largest work-group.
     pub max_work_group: usize,
+    /// Floats in a vector that the device computes with at once; 0 if unknown.
+    pub vector_width: u32,
     /// Whether the device computes in double precision.
     pub fp64: bool,
     #[serde(skip)]
@@ -176,6 +178,7 @@ impl DeviceInfo {
             max_allocation: number(Query::MaxMemAllocSize),
             local_memory: number(Query::LocalMemSize),
             max_work_group: (number(Query::MaxWorkGroupSize) as usize).max(1),
+            vector_width: number(Query::NativeVectorWidthFloat) as u32,
             fp64: number(Query::DoubleFpConfig) != 0,
             platform_id,
             device_id,

@@ -63,6 +63,11 @@ impl Kernel {
         Ok(Self { kernel, name, arguments, work_group: largest_power_of_two(work_group.min(WORK_GROUP)) })
     }
 
+    /// Launches groups of at most this many work-items from now on.
+    pub fn limit_work_group(&mut self, items: usize) {
+        self.work_group = self.work_group.min(items.max(1));
+    }
+
     /// Runs `items` work-items (rounded up to whole work-groups: kernels must guard) and waits for them.
     ///
     /// # Errors

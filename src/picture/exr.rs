@@ -25,8 +25,8 @@ use crate::error::{Error, Result};
 
 /// The most pixels a picture may have: 2²⁸, or 16384×16384.
 pub const MAX_PIXELS: usize = 1 << 28;
-/// The most bytes the samples of one EXR part may take in memory: 16 GiB.
-pub const MAX_BYTES: u64 = 1 << 34;
+/// The most bytes the samples of one EXR part may take in memory: 64 GiB, for [`MAX_PIXELS`] with 64 channels.
+pub const MAX_BYTES: u64 = 1 << 36;
 
 /// Writes a picture as EXR (float32 and uint32, ZIP16), atomically.
 ///

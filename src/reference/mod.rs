@@ -10,6 +10,8 @@
 //! - [`quadrature`]: Gauss–Legendre rules
 //! - [`medium`], [`emission_absorption`]: the transfer function and the integral along a ray
 //! - [`mip`], [`isosurface`]: the largest value, the first surface and its shading
+//! - [`phase`]: phase functions
+//! - [`lights`]: direct light at a point, and the environment map
 //! - [`scattering`]: plain Monte Carlo for any scene, and single scattering in a homogeneous box by quadrature
 //! - [`slab`], [`half_space`]: layers, half spaces and infinite media that scatter, by transport theory
 //! - [`random`], [`sobol`]: random numbers, bit for bit
@@ -22,8 +24,10 @@ pub mod field;
 pub mod film;
 pub mod half_space;
 pub mod isosurface;
+pub mod lights;
 pub mod medium;
 pub mod mip;
+pub mod phase;
 pub mod quadrature;
 pub mod random;
 pub mod scattering;

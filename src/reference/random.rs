@@ -20,6 +20,17 @@ pub fn uniform(word: u32) -> f64 {
     f64::from(word >> 8) / f64::from(1 << 24)
 }
 
+/// −ln w of w = (word + 1) 2⁻³²: exponentially distributed, with mean 1.
+pub fn exponential(word: u32) -> f64 {
+    -(-f64::from(!word) / 2f64.powi(32)).ln_1p()
+}
+
+/// Block `block` of the random words of a path.
+pub fn path_block(seed: [u32; 2], pixel: u32, sample: u32, path: u32, block: u32) -> [u32; 4] {
+    const PURPOSE: u32 = 2;
+    philox4x32([pixel, sample, block, path << 8 | PURPOSE], seed)
+}
+
 /// Known answers from Random123's `kat_vectors`: counter, key, output.
 pub const KNOWN_ANSWERS: [([u32; 4], [u32; 2], [u32; 4]); 3] = [
     ([0; 4], [0; 2], [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]),
@@ -46,5 +57,13 @@ mod tests {
     fn uniform_numbers_never_reach_one() {
         assert_eq!((uniform(0), uniform(255)), (0.0, 0.0));
         assert_eq!(uniform(u32::MAX), 1.0 - 2f64.powi(-24));
+    }
+
+    #[test]
+    fn exponential_numbers_reach_from_0_to_32_ln_2() {
+        assert_eq!(exponential(u32::MAX), 0.0);
+        assert!((exponential(0) - 32.0 * std::f64::consts::LN_2).abs() < 1e-14);
+        assert!((exponential(u32::MAX - 1) * 2f64.powi(32) - 1.0).abs() < 1e-9);
+        assert_eq!(exponential((1 << 31) - 1), std::f64::consts::LN_2);
     }
 }

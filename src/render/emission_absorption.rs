@@ -60,10 +60,8 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let table = MediumTable::new(&scene.transfer, &scene.medium, input.window, input.local.unit)?;
     frame.table_size = table.size as u32;
     frame.table_rows = table.rows as u32;
-    let gradient_max =
-        if let Transfer::TwoD(two_d) = &scene.transfer { Some(two_d.gradient_max) } else { None };
-    let rows_per_gradient = |max: f64| (table.rows - 1) as f64 / (max * table.intervals());
-    frame.gradient_scale = gradient_max.map_or(0.0, |max| rows_per_gradient(max) as f32);
+    frame.gradient_scale = table.gradient_scale;
+    let two_d = matches!(scene.transfer, Transfer::TwoD(_));
 
     let (step, jitter, linear) = match settings.quadrature {
         Quadrature::Cell => (None, false, false),
@@ -75,7 +73,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     // Opacity is what the linear form gets wrong, so the shortcut of summing optical depth would hide it.
     let sigma_only = !linear && (table.is_black() || settings.radiance == 0.0);
     let spec = ProgramSpec::new("render/emission_absorption.cl")
-        .feature("TF_2D", gradient_max.is_some())
+        .feature("TF_2D", two_d)
         .feature("STEP", step.is_some())
         .feature("JITTER", jitter)
         .feature("LINEAR_COMPOSITING", linear)
@@ -110,7 +108,8 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         ],
         value_units: table.intervals(),
         random: jitter,
-        lanes: step.is_some() || gradient_max.is_some(),
+        lanes: step.is_some() || two_d,
+        paths: false,
         has_depth: false,
         notes: Vec::new(),
         details,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// Copies of the border voxels around the grid, per side: one for the trilinear kernel beyond the outermost voxel
 /// centres, one more for central differences. Mirrors `GRID_PAD` in `cl/types/volume.cl`.
-const PAD: usize = 2;
+pub(super) const PAD: usize = 2;
 
 /// Bytes staged at a time while uploading.
 const SLAB_BYTES: usize = 8 << 20;
@@ -24,6 +24,8 @@ device_struct! {
         pub dims: [i32; 4],
         /// Distance in memory between bricks that are neighbours along x, y, z; last: log2 of the cells per edge.
         pub bricks: [i32; 4],
+        /// Bricks per axis.
+        pub brick_counts: [i32; 4],
         /// Elements per row of the padded buffer.
         pub row: u32,
         /// Elements per slice of the padded buffer.
@@ -112,6 +114,17 @@ impl BrickRanges {
             .collect()
     }
 
+    /// For each brick that is not `free` 0, else the largest k, at most `limit` (at least 1), for which all bricks of
+    /// the (2k − 1)³ around it are free; beyond the volume everything is.
+    pub fn reaches(&self, limit: u8, free: &[bool]) -> Vec<u8> {
+        // That cube is the union of the cubes of edge k along the eight octants.
+        (0..8_usize)
+            .into_par_iter()
+            .map(|octant| self.octant_strides(octant, limit, free))
+            .reduce_with(|a, b| a.into_iter().zip(b).map(|(a, b)| a.min(b)).collect())
+            .unwrap_or_default()
+    }
+
     /// A cube of edge k + 1 is free when the cubes of edge k that start at its seven other corners' neighbours are:
     /// one sweep against the octant's direction.
     fn octant_strides(&self, octant: usize, limit: u8, free: &[bool]) -> Vec<u8> {
@@ -148,10 +161,10 @@ impl BrickRanges {
 
 /// A volume with its window: everything that does not depend on the method.
 pub struct Grid<'a> {
-    volume: &'a Volume,
-    window: StoredWindow,
+    pub(super) volume: &'a Volume,
+    pub(super) window: StoredWindow,
     device_window: StoredWindow,
-    frame: LocalFrame,
+    pub(super) frame: LocalFrame,
 }
 
 /// Runs `$body` with `$voxels` bound to the typed slice of the volume's voxels.
@@ -181,9 +194,10 @@ macro_rules! with_voxels {
         }
     };
 }
+pub(super) use with_voxels;
 
 /// What the device needs of a voxel type.
-trait Voxel: Pod + Into<f32> + Sync + Send {
+pub(super) trait Voxel: Pod + Into<f32> + Sync + Send {
     /// The voxel as uploaded.
     fn on_device(self, window: &StoredWindow) -> Self;
 }
@@ -217,7 +231,7 @@ impl<'a> Grid<'a> {
     }
 
     /// The kernel's values per value on the device, when a window value of 1 is `value_units`.
-    fn value_scale(&self, value_units: f64) -> f32 {
+    pub(super) fn value_scale(&self, value_units: f64) -> f32 {
         (value_units / (self.device_window.one - self.device_window.zero)) as f32
     }
 
@@ -255,6 +269,7 @@ impl<'a> Grid<'a> {
             scale: float4(1.0 / self.frame.spacing, 0.0),
             dims: [x, y, z, 0],
             bricks: [1, bx, bx * by, bricks.shift as i32],
+            brick_counts: [bx, by, bz, 0],
             octant: bx * by * bz,
             pad_0: 0,
             pad_1: 0,

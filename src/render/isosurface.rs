@@ -1,11 +1,12 @@
 //! Isosurface: the kernel is `cl/render/isosurface.cl`.
 
 use super::grid::BrickRanges;
+use super::lights::DeviceLight;
 use super::local::float4;
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::device::ProgramSpec;
 use crate::device_struct;
-use crate::scene::{Domain, Light, Material};
+use crate::scene::{Domain, Material};
 use glam::DVec3;
 
 device_struct! {
@@ -33,17 +34,6 @@ device_struct! {
     }
 }
 
-device_struct! {
-    "types/light.cl",
-    /// A light for surface shading; see `cl/types/light.cl`.
-    pub struct DeviceLight {
-        /// Point: position, 1. Directional: direction of travel, 0. Headlight: anything, 2.
-        pub position: [f32; 4],
-        /// Irradiance, or intensity over local units squared.
-        pub power: [f32; 4],
-    }
-}
-
 /// Makes the method ready for the surface `value` (in `domain`).
 pub fn prepare(
     input: &MethodInput<'_>,
@@ -60,10 +50,10 @@ pub fn prepare(
     let iso = input.grid.device_window().stored(value) as f32;
     let mut notes = Vec::new();
     let mut lights: Vec<DeviceLight> =
-        input.scene.lights.iter().filter_map(|light| device_light(light, input)).collect();
+        input.scene.lights.iter().map(|light| DeviceLight::new(light, input.local)).collect();
     if lights.is_empty() {
         notes.push("no [[light]]: a headlight shines along each view ray (irradiance pi)".into());
-        lights.push(DeviceLight { position: [0.0, 0.0, 0.0, 2.0], power: [std::f32::consts::PI; 4] });
+        lights.push(DeviceLight::headlight(std::f32::consts::PI));
     }
     frame.light_count = lights.len() as u32;
     let crossed = input.bricks.ranges.iter().filter(|[low, high]| *low < iso && iso <= *high).count();
@@ -95,6 +85,7 @@ pub fn prepare(
         value_units: 1.0,
         random: false,
         lanes: false,
+        paths: false,
         has_depth: true,
         notes,
         details,
@@ -111,20 +102,4 @@ fn strides(bricks: &BrickRanges, iso: f32) -> Vec<u8> {
         }
     }
     strides
-}
-
-/// `None` for a rectangle, which scenes with an isosurface do not have.
-fn device_light(light: &Light, input: &MethodInput<'_>) -> Option<DeviceLight> {
-    match light {
-        Light::Point { position, intensity } => {
-            let local = DVec3::from_array(*intensity) / (input.local.unit * input.local.unit);
-            let position = float4(input.local.point(*position), 1.0);
-            Some(DeviceLight { position, power: float4(local, 0.0) })
-        }
-        Light::Directional { direction, irradiance } => Some(DeviceLight {
-            position: float4(direction.normalize(), 0.0),
-            power: float4(DVec3::from_array(*irradiance), 0.0),
-        }),
-        Light::Rectangle { .. } => None,
-    }
 }

@@ -16,6 +16,8 @@ pub struct MediumTable {
     pub size: usize,
     /// Rows along the gradient axis; 1 for a function of the value alone.
     pub rows: usize,
+    /// Rows per gradient of the value (in entries) per local unit; 0 for a function of the value alone.
+    pub gradient_scale: f32,
     /// Per entry colour and sigma_t per local unit, value fastest.
     entries: Vec<[f64; 4]>,
     /// Range maximum of sigma_t over the value axis: level l holds the maximum of 2^l entries (over all rows).
@@ -29,15 +31,15 @@ impl MediumTable {
     /// # Errors
     /// [`crate::Error::Input`] when a 2-D table cannot be read.
     pub fn new(transfer: &Transfer, medium: &Medium, window: (f64, f64), unit: f64) -> Result<Self> {
-        let (rgba, size, rows) = match transfer {
+        let (rgba, size, rows, gradient_max) = match transfer {
             Transfer::OneD(settings) => {
                 let rgba = TransferFunction1d::from_settings(settings, window).rgba;
                 let size = rgba.len();
-                (rgba, size, 1)
+                (rgba, size, 1, f64::INFINITY)
             }
             Transfer::TwoD(settings) => {
                 let table = TransferFunction2d::from_settings(settings)?;
-                (table.rgba, table.width, table.height)
+                (table.rgba, table.width, table.height, settings.gradient_max)
             }
         };
         let entries: Vec<[f64; 4]> = sigma_table(&rgba, medium, unit)
@@ -46,7 +48,13 @@ impl MediumTable {
             .collect();
         let columns =
             (0..size).map(|x| (0..rows).map(|y| entries[y * size + x][3]).fold(0.0, f64::max)).collect();
-        Ok(Self { size, rows, maxima: range_maxima(columns), entries })
+        let gradient_scale = ((rows - 1) as f64 / (gradient_max * (size - 1) as f64)) as f32;
+        Ok(Self { size, rows, gradient_scale, maxima: range_maxima(columns), entries })
+    }
+
+    /// Whether no entry has a hue.
+    pub fn is_grey(&self) -> bool {
+        self.entries.iter().all(|[r, g, b, _]| r == g && g == b)
     }
 
     /// Whether every colour is black: then only transmittance matters.
@@ -135,14 +143,81 @@ impl MediumTable {
 
     /// The entries as the device reads them: four floats, or the extinction alone.
     pub fn device_entries(&self, sigma_only: bool) -> Vec<u8> {
-        let entry = |e: &[f64; 4]| e.map(|x| x as f32);
         if sigma_only {
-            let sigmas: Vec<f32> = self.entries.iter().map(|e| entry(e)[3]).collect();
-            bytemuck::cast_slice(&sigmas).to_vec()
-        } else {
-            let entries: Vec<[f32; 4]> = self.entries.iter().map(entry).collect();
-            bytemuck::cast_slice(&entries).to_vec()
+            return self.device_sigmas();
         }
+        let entries: Vec<[f32; 4]> = self.entries.iter().map(|entry| entry.map(|x| x as f32)).collect();
+        bytemuck::cast_slice(&entries).to_vec()
+    }
+
+    /// The extinction of every entry, per local unit, in the precision of the device; value fastest.
+    pub fn sigmas(&self) -> Vec<f32> {
+        self.entries.iter().map(|entry| entry[3] as f32).collect()
+    }
+
+    /// The extinction of every entry as the device reads it: one float.
+    pub fn device_sigmas(&self) -> Vec<u8> {
+        bytemuck::cast_slice(&self.sigmas()).to_vec()
+    }
+
+    /// The colour of every entry times `factor` as the device reads it: four floats, the last 0.
+    pub fn device_colors(&self, factor: [f64; 3]) -> Vec<u8> {
+        let color = |entry: &[f64; 4]| {
+            let [r, g, b] = std::array::from_fn(|c| (entry[c] * factor[c]) as f32);
+            [r, g, b, 0.0_f32]
+        };
+        let colors: Vec<[f32; 4]> = self.entries.iter().map(color).collect();
+        bytemuck::cast_slice(&colors).to_vec()
+    }
+
+    /// Extinction (per local unit) at a value in entries and a row, in f64.
+    pub fn sigma(&self, value: f64, row: f64) -> f64 {
+        let place = |x: f64, entries: usize| {
+            let x = x.clamp(0.0, (entries - 1) as f64);
+            let index = (x as usize).min(entries.saturating_sub(2));
+            (index, x - index as f64)
+        };
+        let ((i, f), (j, g)) = (place(value, self.size), place(row, self.rows));
+        let between = |j: usize| {
+            let row = &self.entries[j * self.size..];
+            row[i][3] * (1.0 - f) + row[i + 1][3] * f
+        };
+        if g == 0.0 { between(j) } else { between(j) * (1.0 - g) + between(j + 1) * g }
+    }
+
+    /// (offset, slope), both at least 0, when the extinction is offset + slope · value (in entries) over the whole
+    /// table of a function of the value alone: then a kernel needs no table.
+    ///
+    /// A falling line is none: near its end the kernel's sum would cancel, even below 0.
+    pub fn linear_ramp(&self) -> Option<(f64, f64)> {
+        let (first, last) = (self.entries[0][3], self.entries[self.size - 1][3]);
+        let slope = (last - first) / self.intervals();
+        // Entries are a few roundings in f64 away from the line they were sampled from; the device knows 24 bits.
+        let on_line = |(k, entry): (usize, &[f64; 4])| {
+            let line = first + slope * k as f64;
+            (entry[3] - line).abs() <= 1e-12 * line
+        };
+        let straight = self.rows == 1 && slope >= 0.0 && self.entries.iter().enumerate().all(on_line);
+        straight.then_some((first, slope))
+    }
+
+    /// The colour, when it is the same wherever there is extinction among the entries `columns` by `rows` (first and
+    /// last); `None` also when there is no extinction.
+    pub fn constant_color(&self, columns: [usize; 2], rows: [usize; 2]) -> Option<[f64; 3]> {
+        let entry = |k: usize| self.entries[k].map(|x| x as f32);
+        let around = |i: usize, [first, last]: [usize; 2]| i.saturating_sub(1).max(first)..=(i + 1).min(last);
+        let entries = (rows[0]..=rows[1]).flat_map(|j| (columns[0]..=columns[1]).map(move |i| (i, j)));
+        let mut constant = None;
+        for (i, j) in entries.filter(|(i, j)| entry(j * self.size + i)[3] > 0.0) {
+            // Up to the neighbours the extinction of this entry reaches, and there their colours count.
+            for (u, v) in around(j, rows).flat_map(|v| around(i, columns).map(move |u| (u, v))) {
+                let here = v * self.size + u;
+                if entry(*constant.get_or_insert(here))[..3] != entry(here)[..3] {
+                    return None;
+                }
+            }
+        }
+        constant.map(|k| std::array::from_fn(|c| self.entries[k][c]))
     }
 
     /// The entries at which the table's slope jumps, ascending; the first and the last always count, since beyond
@@ -188,4 +263,58 @@ fn range_maxima(values: Vec<f64>) -> Vec<Vec<f64>> {
         width *= 2;
     }
     levels
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::render::majorants::tests::table;
+
+    #[test]
+    fn straight_tables_are_ramps() {
+        let (offset, slope) = table("").linear_ramp().unwrap();
+        assert_eq!(offset, 0.0);
+        // Opacity 1 of 10 per unit over 1020 intervals; a rounding of f64.
+        assert!((slope - 10.0 / 1020.0).abs() < 1e-17, "{slope}");
+        let flat = "points = [{ value = 0.5, opacity = 0.3 }]";
+        assert_eq!(table(flat).linear_ramp(), Some((3.0, 0.0)));
+        let shifted = "domain = \"data\"\npoints = [{ value = -1, opacity = 0 }, { value = 1, opacity = 1 }]\nresolution = 11";
+        let (offset, slope) = table(shifted).linear_ramp().unwrap();
+        assert!((offset - 5.0).abs() < 1e-14 && (slope - 0.5).abs() < 1e-14);
+    }
+
+    #[test]
+    fn bent_falling_and_2d_tables_are_none() {
+        for transfer in [
+            "points = [{ value = 0.001, opacity = 0 }, { value = 1, opacity = 1 }]",
+            "points = [{ value = 0, opacity = 1 }, { value = 1, opacity = 0 }]",
+            "kind = \"2d\"\nshapes = [{ shape = \"rectangle\", centre = [0.5, 0.5], size = [4, 4] }]",
+        ] {
+            assert_eq!(table(transfer).linear_ramp(), None, "{transfer}");
+        }
+    }
+
+    #[test]
+    fn colours_count_where_there_is_extinction() {
+        // Red up to entry 4, of which entry 3 is the last with extinction; green from entry 5.
+        let transfer = "resolution = 11\npoints = [{ value = 0, opacity = 1, color = \"#ff0000\" }, \
+            { value = 0.3, opacity = 1, color = \"#ff0000\" }, { value = 0.4, opacity = 0, color = \"#ff0000\" }, \
+            { value = 0.5, opacity = 0, color = \"#00ff00\" }, { value = 1, opacity = 0, color = \"#00ff00\" }]";
+        let red = Some([1.0, 0.0, 0.0]);
+        assert_eq!(table(transfer).constant_color([0, 10], [0, 0]), red);
+        assert_eq!(table(transfer).constant_color([4, 10], [0, 0]), None, "no extinction");
+        // Extinction reaches from entry 4 towards 5, where the colour changes.
+        let transfer = transfer.replace("0.4, opacity = 0", "0.4, opacity = 0.1");
+        assert_eq!(table(&transfer).constant_color([0, 10], [0, 0]), None);
+        assert_eq!(table(&transfer).constant_color([0, 4], [0, 0]), red);
+    }
+
+    #[test]
+    fn the_device_gets_extinction_and_colours_apart() {
+        let table = table("resolution = 2\npoints = [{ value = 0, opacity = 0.5, color = [1, 0.5, 0.25] }]");
+        let floats = |bytes: Vec<u8>| bytemuck::pod_collect_to_vec::<u8, f32>(&bytes);
+        assert_eq!(floats(table.device_sigmas()), [5.0; 2]);
+        assert_eq!(floats(table.device_entries(false)), [1.0, 0.5, 0.25, 5.0, 1.0, 0.5, 0.25, 5.0]);
+        let colors = floats(table.device_colors([0.5, 1.0, 2.0]));
+        assert_eq!(colors, [0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.5, 0.0]);
+    }
 }

@@ -2,8 +2,9 @@
 
 use super::grid::{BrickRanges, Grid};
 use super::local::LocalFrame;
-use super::{emission_absorption, isosurface, mip};
+use super::{emission_absorption, isosurface, mip, scattering};
 use crate::device::ProgramSpec;
+use crate::picture::Environment;
 use crate::scene::{Method, Scene};
 use crate::{Result, device_struct};
 
@@ -31,12 +32,12 @@ device_struct! {
         pub table_rows: u32,
         /// Row of the table per gradient of the value (in entries) per local unit.
         pub gradient_scale: f32,
+        /// Number of lights that are rectangles, the first ones.
+        pub rectangle_count: u32,
+        /// Probability with which the environment map is picked for a sample.
+        pub environment_pick: f32,
         /// Padding.
         pub pad_0: u32,
-        /// Padding.
-        pub pad_1: u32,
-        /// Padding.
-        pub pad_2: u32,
     }
 }
 
@@ -71,6 +72,8 @@ pub struct MethodSetup {
     pub random: bool,
     /// Whether the kernel has a form that works on eight samples at a time (`LANES`).
     pub lanes: bool,
+    /// Whether the kernel follows paths: many side by side on CPUs, with a ledger and auxiliary images.
+    pub paths: bool,
     /// Whether the method measures a depth.
     pub has_depth: bool,
     /// What the user should know, one sentence each.
@@ -91,6 +94,8 @@ pub struct MethodInput<'a> {
     pub local: &'a LocalFrame,
     /// The window in data units.
     pub window: (f64, f64),
+    /// The environment map, where the scene has one.
+    pub environment: Option<&'a Environment>,
 }
 
 /// Makes the scene's method ready; fills what it knows of `frame`.
@@ -107,6 +112,6 @@ pub fn prepare(input: &MethodInput<'_>, frame: &mut DeviceFrame) -> Result<Metho
             let settings = emission_absorption::Settings { radiance, quadrature, termination };
             emission_absorption::prepare(input, settings, frame)
         }
-        Method::Scattering(_) => todo!(),
+        &Method::Scattering(settings) => scattering::prepare(input, settings, frame),
     }
 }

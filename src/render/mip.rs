@@ -57,6 +57,7 @@ pub fn prepare(input: &MethodInput<'_>, color: &MipColor) -> MethodSetup {
         value_units: 1.0,
         random: false,
         lanes: false,
+        paths: false,
         has_depth: true,
         notes: Vec::new(),
         details: Vec::new(),

@@ -3,27 +3,37 @@
 //! A [`Plan`] makes everything ready on the host; a [`Session`] runs it on a device. Each method is one file here
 //! and one kernel of the same name under `cl/render/`.
 
+mod bricks;
 mod camera;
 pub mod emission_absorption;
+mod extrema;
+mod fingerprint;
 pub mod grid;
 mod host_memory;
 pub mod isosurface;
+pub mod lights;
 mod load;
 pub mod local;
+pub mod majorants;
 pub mod medium;
 pub mod method;
 pub mod mip;
 mod output;
 mod plan;
 mod progressive;
+mod resume;
+pub mod scattering;
 mod session;
+mod state;
 pub mod variants;
 
 pub use camera::DeviceCamera;
+pub use fingerprint::data_hash;
 pub use load::{announced_memory, load_volume};
 pub use output::{Snapshot, method_name};
 pub use plan::{BRICK_SHIFT, Plan};
 pub use progressive::{Ended, Observer, Status, run};
+pub use resume::{Saved, SavedFilm, Spent};
 pub use session::{Progress, Session};
 
 use crate::device::layout::StructLayout;
@@ -36,6 +46,9 @@ pub const LAYOUTS: &[StructLayout] = &[
     crate::film::FilmPixel::LAYOUT,
     emission_absorption::EmissionAbsorption::LAYOUT,
     isosurface::Isosurface::LAYOUT,
-    isosurface::DeviceLight::LAYOUT,
+    lights::DeviceLight::LAYOUT,
     mip::Mip::LAYOUT,
+    scattering::Scattering::LAYOUT,
+    scattering::Ledger::LAYOUT,
+    scattering::Auxiliary::LAYOUT,
 ];

@@ -1,7 +1,9 @@
 //! From the film to a picture with its metadata.
 
+use super::fingerprint::Fingerprint;
 use super::plan::Plan;
 use super::session::Session;
+use super::state;
 use crate::Result;
 use crate::film::{FilmPixel, FilmSummary};
 use crate::picture::Picture;
@@ -17,16 +19,31 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Reads the session's film; `wall` is the time since the render began.
+    /// Reads the session's film; `data_hash` is that of [`data_hash`](super::data_hash), and `wall` the time that the
+    /// render has taken, earlier runs included.
     ///
     /// # Errors
     /// [`crate::Error::Failed`] when the device fails.
-    pub fn take(session: &Session, plan: &Plan<'_>, wall: Duration) -> Result<Self> {
+    pub fn take(session: &Session, plan: &Plan<'_>, data_hash: &str, wall: Duration) -> Result<Self> {
         let film = session.film()?;
         let summary = FilmSummary::of(&film);
         let mut picture = picture(&film, plan);
         describe(&mut picture, session, plan, &summary, wall);
+        keep_state(&mut picture, &film, plan, data_hash);
         Ok(Self { picture, summary })
+    }
+}
+
+/// Adds what a later run needs to continue: the rest of the film, and what tells that the run is of the same render.
+fn keep_state(picture: &mut Picture, film: &[FilmPixel], plan: &Plan<'_>, data_hash: &str) {
+    let mut sum = Fingerprint::new();
+    let unit = plan.local.unit;
+    let predict = |picture: &Picture, word: &str| state::predict_film(picture, word, unit);
+    state::add_planes(picture, &state::film_part(&predict), film, &mut sum);
+    for (key, value) in
+        [("state", state::FORMAT.to_string()), ("state_hash", sum.finish()), ("data_hash", data_hash.into())]
+    {
+        picture.metadata.insert(format!("svetlo.{key}"), value);
     }
 }
 

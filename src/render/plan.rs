@@ -65,8 +65,16 @@ impl<'a> Plan<'a> {
             table_rows: 1,
             ..DeviceFrame::zeroed()
         };
-        let environment = background(scene, &mut frame, &mut notes)?;
-        let input = MethodInput { scene, grid: &grid, bricks: &bricks, local: &local, window };
+        let map = environment_map(scene, &mut notes)?;
+        let environment = background(scene, map.as_ref(), &mut frame);
+        let input = MethodInput {
+            scene,
+            grid: &grid,
+            bricks: &bricks,
+            local: &local,
+            window,
+            environment: map.as_ref(),
+        };
         let mut method = method::prepare(&input, &mut frame)?;
         notes.append(&mut method.notes);
         let lens = matches!(scene.camera.kind, CameraKind::Perspective { aperture, .. } if aperture > 0.0);
@@ -156,23 +164,31 @@ fn resolve_window(scene: &Scene, volume: &Volume, notes: &mut Vec<String>) -> Re
     Ok(window)
 }
 
+/// Reads the scene's environment map.
+fn environment_map(scene: &Scene, notes: &mut Vec<String>) -> Result<Option<Environment>> {
+    let Background::Environment { path, .. } = &scene.background else { return Ok(None) };
+    let map = Environment::read(path)?;
+    notes.extend(map.notes.iter().cloned());
+    Ok(Some(map))
+}
+
 /// Fills the background of `frame`; returns the environment map's texels.
-fn background(scene: &Scene, frame: &mut DeviceFrame, notes: &mut Vec<String>) -> Result<HostBuffer> {
+fn background(scene: &Scene, map: Option<&Environment>, frame: &mut DeviceFrame) -> HostBuffer {
     let rgb = |c: [f64; 3]| [c[0] as f32, c[1] as f32, c[2] as f32, 0.0];
-    match &scene.background {
-        Background::Constant(color) => {
-            frame.background = rgb(*color);
-            Ok(HostBuffer::new("environment map (none)", &[[0.0_f32; 4]]))
-        }
-        Background::Environment { path, intensity, rotation, .. } => {
-            let map = Environment::read(path)?;
-            notes.extend(map.notes.iter().cloned());
+    match (&scene.background, map) {
+        (Background::Environment { intensity, rotation, .. }, Some(map)) => {
             frame.background = rgb([*intensity; 3]);
             frame.environment_width = map.width as u32;
             frame.environment_height = map.height as u32;
             frame.environment_turn = (rotation / std::f64::consts::TAU) as f32;
             let texels: Vec<[f32; 4]> = map.rgb.iter().map(|c| [c[0], c[1], c[2], 0.0]).collect();
-            Ok(HostBuffer::new("environment map", &texels))
+            HostBuffer::new("environment map", &texels)
+        }
+        (background, _) => {
+            if let Background::Constant(color) = background {
+                frame.background = rgb(*color);
+            }
+            HostBuffer::new("environment map (none)", &[[0.0_f32; 4]])
         }
     }
 }

@@ -14,7 +14,9 @@ const SNAPSHOT_INTERVAL: Duration = Duration::from_secs(5);
 /// Share of the time that snapshots may take: one part in this.
 const SNAPSHOT_SHARE: u32 = 20;
 /// Samples before the error is estimated for the first time; fewer give no honest variance.
-const FIRST_ERROR_CHECK: u32 = 4;
+const FIRST_CHECK: u32 = 4;
+/// From this many samples on, the error is estimated at as many sample counts per doubling.
+const CHECKS_PER_DOUBLING: u32 = 8;
 
 /// Why a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +72,6 @@ pub fn run(
     let start = Instant::now();
     let limit = stop.samples.map_or(u32::MAX, |samples| u32::try_from(samples).unwrap_or(u32::MAX));
     let target = if plan.is_deterministic() { 1 } else { limit };
-    let mut next_check = FIRST_ERROR_CHECK;
     let mut error = None;
     let mut next_snapshot = start + FIRST_SNAPSHOT;
     loop {
@@ -79,16 +80,15 @@ pub fn run(
             return Ok(if target < limit { Ended::Deterministic } else { Ended::Samples });
         }
         if let Some(wanted) = stop.error
-            && progress.samples >= next_check
             && progress.tiles == 0
+            && is_check(progress.samples)
         {
             error = FilmSummary::of(&session.film()?).relative_error();
             if error.is_some_and(|error| error <= wanted) {
                 return Ok(Ended::Error);
             }
-            next_check = samples_to_reach(wanted, error, progress.samples);
         }
-        session.step(if stop.error.is_some() { target.min(next_check) } else { target })?;
+        session.step(if stop.error.is_some() { target.min(next_check(progress.samples)) } else { target })?;
         let elapsed = start.elapsed();
         let status = Status {
             progress: session.progress(),
@@ -113,22 +113,43 @@ pub fn run(
     }
 }
 
-/// When to estimate the error next: where it should reach `wanted` if it falls as n^-1/2, but within a factor of 2,
-/// so that the sequence of checks depends on the samples alone and never on the clock.
-fn samples_to_reach(wanted: f64, error: Option<f64>, samples: u32) -> u32 {
-    let needed = error.map_or(0.0, |error| f64::from(samples) * (error / wanted).powi(2));
-    (needed.ceil() as u32).clamp(samples.saturating_add(1), samples.saturating_mul(2))
+/// Whether the error is estimated when every pixel has `samples` samples.
+///
+/// The number alone decides, neither the clock nor earlier estimates: a render that was stopped and resumed ends where
+/// one that never stopped ends.
+fn is_check(samples: u32) -> bool {
+    samples >= FIRST_CHECK && samples % check_step(samples) == 0
+}
+
+/// The next larger number of samples at which the error is estimated.
+fn next_check(samples: u32) -> u32 {
+    let step = check_step(samples);
+    (samples / step + 1).saturating_mul(step).max(FIRST_CHECK)
+}
+
+/// Samples between checks: constant from one power of two to the next.
+fn check_step(samples: u32) -> u32 {
+    let octave = samples.checked_ilog2().map_or(0, |log| 1 << log);
+    (octave / CHECKS_PER_DOUBLING).max(1)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::samples_to_reach;
+    use super::{is_check, next_check};
 
     #[test]
-    fn error_checks_advance_and_at_most_double() {
-        assert_eq!(samples_to_reach(0.01, Some(0.1), 4), 8);
-        assert_eq!(samples_to_reach(0.01, Some(0.0101), 100), 103);
-        assert_eq!(samples_to_reach(0.01, None, 4), 5);
-        assert_eq!(samples_to_reach(0.01, Some(f64::INFINITY), 4), 8);
+    fn errors_are_checked_eight_times_per_doubling() {
+        let checks: Vec<u32> = (0..70).filter(|&n| is_check(n)).collect();
+        let expected = (4..16).chain((16..32).step_by(2)).chain((32..64).step_by(4)).chain([64]);
+        assert_eq!(checks, expected.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn wherever_a_render_continues_its_next_check_is_the_same() {
+        for samples in 0..1000 {
+            assert_eq!(Some(next_check(samples)), (samples + 1..2000).find(|&n| is_check(n)), "{samples}");
+        }
+        assert_eq!(next_check(1 << 30), (1 << 30) + (1 << 27));
+        assert_eq!(next_check(u32::MAX), u32::MAX);
     }
 }

@@ -1,13 +1,15 @@
 //! A session: one render on one device, from upload to film.
 
 use super::plan::Plan;
+use super::resume::SavedFilm;
+use super::scattering::{Auxiliary, Ledger, PathLedger};
 use crate::device::{Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, Pacer, Program, ProgramSpec};
 use crate::film::FilmPixel;
 use crate::{Error, Result};
 use std::time::Duration;
 
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
-const TILE: u32 = 8;
+pub(super) const TILE: u32 = 8;
 
 /// Launches aim at this length: long enough to hide their overhead, short enough for watchdogs and Ctrl-C.
 const LAUNCH_TARGET: Duration = Duration::from_millis(100);
@@ -18,8 +20,27 @@ const LAUNCH_TARGET: Duration = Duration::from_millis(100);
 /// vectorise divergent loops over work-items. It indexes voxels in 32 bits.
 fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
     let lanes = plan.method.lanes && device.kind == DeviceKind::Cpu && plan.grid.device_voxels().0 < 1 << 31;
-    let spec = plan.spec.clone().feature("LANES", lanes);
+    let mut spec = plan.spec.clone().feature("LANES", lanes);
+    if plan.method.paths {
+        let width = path_lanes(plan, device);
+        spec = spec.define("WIDTH", width.to_string());
+        if width > 1 {
+            spec = spec.define("PIXELS", (TILE * TILE).to_string());
+        }
+    }
     if device.can_force_inlining() { spec } else { spec.define("INLINE", "inline") }
+}
+
+/// Paths that a work-item follows side by side: as many as the device's vectors have lanes, of CPUs, which then take a
+/// whole tile per work-item. More than one lane indexes voxels in 32 bits.
+fn path_lanes(plan: &Plan<'_>, device: &DeviceInfo) -> u32 {
+    let lanes = match device.vector_width {
+        16.. => 16,
+        8.. => 8,
+        4.. => 4,
+        _ => 1,
+    };
+    if device.kind == DeviceKind::Cpu && plan.grid.device_voxels().0 < 1 << 31 { lanes } else { 1 }
 }
 
 /// How far a session has come.
@@ -35,17 +56,26 @@ pub struct Progress {
     pub device_time: Duration,
 }
 
+/// What paths keep besides the film.
+struct PathBuffers {
+    ledgers: Buffer<Ledger>,
+    auxiliary: Buffer<Auxiliary>,
+    /// Whether a work-item renders a tile.
+    tile_items: bool,
+}
+
 /// A render on a device. Samples are added launch by launch; the film is bit for bit the same however they are cut.
 pub struct Session {
     device: Device,
     kernel: Kernel,
     inputs: Vec<Buffer<u8>>,
     film: Buffer<FilmPixel>,
+    paths: Option<PathBuffers>,
     tiles: u32,
     pacer: Pacer,
     launch_limit: Option<u64>,
     progress: Progress,
-    /// Time to build the program, or to load it from the cache.
+    /// Time to build the program, or to load it from the cache; with that of the runs it continues.
     pub build_time: Duration,
     /// Whether the program came from the binary cache.
     pub build_cached: bool,
@@ -59,7 +89,7 @@ impl Session {
     pub fn new(device: Device, plan: &Plan<'_>) -> Result<Self> {
         plan.memory().check(device.info())?;
         let program = Program::build(&device, &specialise(plan, device.info()))?;
-        let kernel = program.kernel(&device, plan.method.kernel)?;
+        let mut kernel = program.kernel(&device, plan.method.kernel)?;
         let mut inputs = Vec::new();
         let mut add = |bytes: &[u8]| -> Result<()> {
             inputs.push(Buffer::from_slice(&device, bytes)?);
@@ -75,11 +105,26 @@ impl Session {
         }
         let image = &plan.scene.image;
         let film = Buffer::zeroed(&device, image.width as usize * image.height as usize)?;
+        let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
+        let paths = if plan.method.paths {
+            let tile_items = path_lanes(plan, device.info()) > 1;
+            if tile_items {
+                // A tile is work enough for a work-group, and whole groups go to the cores.
+                kernel.limit_work_group(1);
+            }
+            let accounts = if tile_items { tiles as usize } else { (tiles * TILE * TILE) as usize };
+            let pixels = if plan.scene.film.auxiliary { film.len() } else { 1 };
+            let ledgers = Buffer::zeroed(&device, accounts)?;
+            Some(PathBuffers { ledgers, auxiliary: Buffer::zeroed(&device, pixels)?, tile_items })
+        } else {
+            None
+        };
         Ok(Self {
             kernel,
             inputs,
             film,
-            tiles: image.width.div_ceil(TILE) * image.height.div_ceil(TILE),
+            paths,
+            tiles,
             pacer: Pacer::new(LAUNCH_TARGET),
             launch_limit: None,
             progress: Progress::default(),
@@ -134,8 +179,14 @@ impl Session {
     fn launch(&mut self, first_tile: u32, tile_count: u32, samples: u32) -> Result<()> {
         let mut arguments: Vec<Arg<'_>> = self.inputs.iter().map(Arg::from).collect();
         arguments.push((&self.film).into());
+        let mut items = tile_count as usize * (TILE * TILE) as usize;
+        if let Some(paths) = &self.paths {
+            arguments.extend([Arg::from(&paths.ledgers), Arg::from(&paths.auxiliary)]);
+            if paths.tile_items {
+                items = tile_count as usize;
+            }
+        }
         arguments.extend([first_tile, tile_count, self.progress.samples, samples].map(Arg::from));
-        let items = tile_count as usize * (TILE * TILE) as usize;
         let elapsed = self.kernel.run(&self.device, &arguments, items)?;
         self.pacer.measured(u64::from(tile_count) * u64::from(samples), elapsed);
         self.progress.launches += 1;
@@ -161,6 +212,26 @@ impl Session {
     pub fn reset(&mut self) -> Result<()> {
         self.film = Buffer::zeroed(&self.device, self.film.len())?;
         self.progress = Progress { launches: self.progress.launches, ..Progress::default() };
+        Ok(())
+    }
+
+    /// What the paths did, when the method follows paths.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn ledger(&self) -> Result<Option<PathLedger>> {
+        let Some(paths) = &self.paths else { return Ok(None) };
+        Ok(Some(PathLedger::of(&paths.ledgers.read(&self.device)?)))
+    }
+
+    /// Continues from a film that a session of the same plan left.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn restore(&mut self, saved: &SavedFilm) -> Result<()> {
+        self.film.write(&self.device, 0, &saved.pixels)?;
+        self.progress = saved.spent.progress;
+        self.build_time += saved.spent.build;
         Ok(())
     }
 

@@ -42,6 +42,17 @@ pub enum Light {
     },
 }
 
+impl Light {
+    /// Its intensity, irradiance or radiance per channel.
+    pub fn color(&self) -> [f64; 3] {
+        match *self {
+            Self::Point { intensity, .. } => intensity,
+            Self::Directional { irradiance, .. } => irradiance,
+            Self::Rectangle { radiance, .. } => radiance,
+        }
+    }
+}
+
 /// What rays see that leave the volume.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Background {

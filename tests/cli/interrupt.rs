@@ -1,31 +1,16 @@
 //! Progressive images and Ctrl-C: whatever moment a reader or the user picks, the image on disk is whole.
 
-use crate::support::Folder;
+use crate::support::{Folder, interrupt, wait_until};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Stdio;
+use std::time::Duration;
 use svetlo::picture::{read_exr, read_png};
 
 const ENDLESS: [&str; 5] = ["render", "scene.toml", "--samples", "1000000000", "--json"];
 
-fn interrupt(child: &Child) {
-    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill exists");
-    assert!(status.success());
-}
-
 fn samples(path: &Path) -> u64 {
     read_exr(path).expect("the image is whole").metadata["svetlo.samples"].parse().unwrap()
-}
-
-/// Waits until `done` holds; fails after half a minute.
-fn wait_until(mut done: impl FnMut() -> bool) -> Duration {
-    let begin = Instant::now();
-    while !done() {
-        assert!(begin.elapsed() < Duration::from_secs(30), "waited in vain");
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    begin.elapsed()
 }
 
 #[test]

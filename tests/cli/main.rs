@@ -9,5 +9,6 @@ mod contract;
 mod examples;
 mod interrupt;
 mod output;
+mod resume;
 mod support;
 mod surroundings;

@@ -3,7 +3,8 @@
 use assert_cmd::cargo::cargo_bin;
 use std::ffi::OsStr;
 use std::path::PathBuf;
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output};
+use std::time::{Duration, Instant};
 use svetlo::picture::{Picture, read_exr};
 
 /// A sphere, a few pixels large; its samples differ, so seeds and sample counts show.
@@ -97,6 +98,22 @@ pub fn run(command: &mut Command) -> Ran {
     let Output { status, stdout, stderr } = command.output().expect("the binary starts");
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
     Ran { code: status.code(), out: text(stdout), err: text(stderr) }
+}
+
+/// Sends Ctrl-C.
+pub fn interrupt(child: &Child) {
+    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill exists");
+    assert!(status.success());
+}
+
+/// Waits until `done` holds; fails after half a minute.
+pub fn wait_until(mut done: impl FnMut() -> bool) -> Duration {
+    let begin = Instant::now();
+    while !done() {
+        assert!(begin.elapsed() < Duration::from_secs(30), "waited in vain");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    begin.elapsed()
 }
 
 impl Ran {

@@ -1,0 +1,359 @@
+// What happens to paths where their rays end, and where new ones begin.
+#include "render/paths.cl"
+#include "render/camera_lanes.cl"
+
+INLINE Reals mean_channels(const Reals x[CHANNELS]) {
+    Reals sum = x[0];
+    for (int c = 1; c < CHANNELS; ++c) {
+        sum += x[c];
+    }
+    return sum * (1.0f / CHANNELS);
+}
+
+// Adds the ended paths' light to their pixels.
+INLINE void add_up(float4 *sums, const struct PathLanes *path, Ints ended) {
+    IntLanes end = int_lanes(ended);
+    IntLanes slot = int_lanes(path->slot);
+    RealLanes opacity = real_lanes(path->opacity);
+    RealLanes light[CHANNELS];
+    for (int c = 0; c < CHANNELS; ++c) {
+        light[c] = real_lanes(path->light[c]);
+    }
+    for (int i = 0; i < WIDTH; ++i) {
+        if (end.lane[i]) {
+            sums[slot.lane[i]] += (float4)(light[0].lane[i], light[CHANNELS / 2].lane[i], light[CHANNELS - 1].lane[i],
+                opacity.lane[i]);
+        }
+    }
+}
+
+#ifndef CLOSED_FORM
+// Looks the medium up where lanes wait at tentative collisions.
+INLINE void look_up(struct PathLanes *path, struct FlightLanes *f, const struct RayLanes *ray,
+    const struct MediumTables *m, struct Tally *tally, uint sample) {
+    Ints waiting = f->state == TENTATIVE;
+    Words words[4];
+    path_block(path, m, sample, waiting, words);
+    Ints above, collided;
+    collide(f, ray, m, waiting, words, &above, &collided);
+    tally->lookups += (uint)count_lanes(waiting);
+    tally->collisions += (uint)count_lanes(collided);
+    if (ANY(above)) {
+        tally->above += (uint)count_lanes(above);
+    }
+}
+#endif
+
+// The albedo and the emission at the lanes' collisions.
+INLINE void look_up_colors(const struct FlightLanes *f, const struct MediumTables *m, const struct Surroundings *s,
+    Ints mask, Reals albedo[CHANNELS], Reals emission[CHANNELS]) {
+    for (int c = 0; c < CHANNELS; ++c) {
+        albedo[c] = (Reals)(channel_of(m->method->albedo, c));
+        emission[c] = (Reals)(0.0f);
+    }
+#if !defined(CONSTANT_ALBEDO) || defined(EMISSION)
+    IntLanes wanted = int_lanes(mask);
+    RealLanes value = real_lanes(f->value);
+    RealLanes row = real_lanes(f->row);
+    RealLanes colors[CHANNELS], glows[CHANNELS];
+    for (int c = 0; c < CHANNELS; ++c) {
+        colors[c] = real_lanes(albedo[c]);
+        glows[c] = real_lanes(emission[c]);
+    }
+    for (int i = 0; i < WIDTH; ++i) {
+        if (!wanted.lane[i]) {
+            continue;
+        }
+        struct TablePlace place = table_place(m->frame, value.lane[i], row.lane[i]);
+#ifndef CONSTANT_ALBEDO
+        float4 color = table_color(m->frame, s->colors, place);
+        for (int c = 0; c < CHANNELS; ++c) {
+            colors[c].lane[i] = channel_of(color, c);
+        }
+#endif
+#ifdef EMISSION
+        float4 glow = table_color(m->frame, s->emissions, place);
+        for (int c = 0; c < CHANNELS; ++c) {
+            glows[c].lane[i] = channel_of(glow, c);
+        }
+#endif
+    }
+    for (int c = 0; c < CHANNELS; ++c) {
+        albedo[c] = colors[c].all;
+        emission[c] = glows[c].all;
+    }
+#endif
+}
+
+#ifdef SAMPLE_LIGHTS
+// Sends the lanes of `mask` on shadow rays from their vertices: towards a light, chosen and sampled by three numbers.
+INLINE void seek_lights(struct PathLanes *path, struct FlightLanes *f, struct RayLanes *ray,
+    const struct MediumTables *m, const struct Surroundings *s, const Words random[3], Words first, Ints mask) {
+    IntLanes seeking = int_lanes(mask);
+    RealLanes x = real_lanes(path->vertex.x), y = real_lanes(path->vertex.y), z = real_lanes(path->vertex.z);
+    RealLanes u = real_lanes(uniform_lanes(random[0]));
+    RealLanes v = real_lanes(uniform_lanes(random[1])), w = real_lanes(uniform_lanes(random[2]));
+    RealLanes dx = real_lanes((Reals)(1.0f)), dy = real_lanes((Reals)(0.0f)), dz = dy, far = dy, pdf = dy;
+    RealLanes weight[CHANNELS];
+    for (int c = 0; c < CHANNELS; ++c) {
+        weight[c] = dy;
+    }
+    for (int i = 0; i < WIDTH; ++i) {
+        if (!seeking.lane[i]) {
+            continue;
+        }
+        struct LightSample light = light_sample(m->frame, s->lights, s->environment_sums, s->environment,
+            grid_to_local(m->volume, x.lane[i], y.lane[i], z.lane[i]), (float4)(u.lane[i], v.lane[i], w.lane[i], 0.0f));
+        dx.lane[i] = light.direction.x;
+        dy.lane[i] = light.direction.y;
+        dz.lane[i] = light.direction.z;
+        far.lane[i] = light.distance;
+        pdf.lane[i] = light.pdf;
+        for (int c = 0; c < CHANNELS; ++c) {
+            weight[c].lane[i] = channel_of(light.weight, c);
+        }
+    }
+    struct Points direction = points(dx.all, dy.all, dz.all);
+    Reals phase = phase_between(phase_parameters(m), path->direction, direction);
+    // The flight that follows may meet the same light: the balance heuristic shares it between the two.
+    Reals balanced = PICK((Reals)(1.0f), pdf.all / (pdf.all + phase), pdf.all > 0.0f);
+    for (int c = 0; c < CHANNELS; ++c) {
+        path->pending[c] = PICK(path->pending[c], path->throughput[c] * phase * balanced * weight[c].all, mask);
+    }
+    path->ray = PICK(path->ray, (Ints)(SHADOW_RAY), mask);
+    f->threshold = PICK(f->threshold, (Reals)(m->method->shadow_threshold), mask);
+    f->scale = PICK(f->scale, (Reals)(m->method->majorant_scale), mask);
+    start_rays(f, ray, m, path->vertex, direction, (Reals)(0.0f), far.all, first, mask);
+}
+#endif
+
+// Goes on from the collisions of `hit`: emission, absorption, and whether the path ends there. Returns the lanes that
+// scatter. `chance`: what is compared with the probability of going on after a camera ray.
+INLINE Ints scatter(struct PathLanes *path, struct FlightLanes *f, const struct MediumTables *m,
+    const struct Surroundings *s, struct Tally *tally, Ints hit) {
+    Reals zero = (Reals)(0.0f);
+    // Camera rays through thin media go on with the probability of a collision (times `split`).
+    Reals chance = min((Reals)(1.0f), m->method->split * f->taken);
+    Reals before[CHANNELS];
+    for (int c = 0; c < CHANNELS; ++c) {
+        before[c] = path->throughput[c] * collided_of(f, c);
+    }
+    Ints on = hit & (uniform_lanes(path->strata[1]) < chance);
+    Reals reached = mean_channels(before);
+    tally->gained += PICK(zero, PICK(-reached, reached / chance - reached, on), hit);
+    Reals albedo[CHANNELS], emission[CHANNELS], absorbed[CHANNELS];
+    look_up_colors(f, m, s, on, albedo, emission);
+    Ints cut = on & (path->order >= m->method->max_order);
+    Reals largest = zero;
+    for (int c = 0; c < CHANNELS; ++c) {
+        Reals throughput = before[c] / chance;
+        absorbed[c] = throughput * (1.0f - albedo[c]);
+        Reals scattered = throughput * albedo[c];
+        float control = channel_of(m->method->control, c);
+        Reals lost = PICK(zero, scattered * control, cut);
+        path->light[c] += PICK(zero, absorbed[c] * (emission[c] - control) - lost, on);
+        path->throughput[c] = PICK(path->throughput[c], scattered, on);
+        largest = max(largest, scattered);
+    }
+    tally->absorbed += PICK(zero, mean_channels(absorbed), on);
+    tally->cut += PICK(zero, mean_channels(path->throughput), cut);
+    path->order = PICK(path->order, path->order + 1, on & NOT(cut));
+    path->vertex = pick_points(path->vertex, f->place, on);
+    // From here on the chance is 1.
+    path->strata[1] = PICK(path->strata[1], (Words)(0u), on);
+    return on & NOT(cut) & (largest > 0.0f);
+}
+
+// Russian roulette: ends paths of small throughput at random. Returns the lanes that go on.
+INLINE Ints play_roulette(struct PathLanes *path, const struct MediumTables *m, struct Tally *tally, Words random,
+    Ints mask) {
+    Reals largest = path->throughput[0];
+    for (int c = 1; c < CHANNELS; ++c) {
+        largest = max(largest, path->throughput[c]);
+    }
+    Reals zero = (Reals)(0.0f);
+    Reals chance = clamp(largest / m->method->roulette_start, 0.05f, 1.0f);
+    Ints on = mask & (uniform_lanes(random) < chance);
+    Reals before = mean_channels(path->throughput);
+    tally->gained += PICK(zero, PICK(-before, before / chance - before, on), mask);
+    for (int c = 0; c < CHANNELS; ++c) {
+        path->throughput[c] = PICK(path->throughput[c], path->throughput[c] / chance, on);
+    }
+    return on;
+}
+
+// Takes the paths whose rays have ended to their next rays. Returns the lanes whose paths have ended.
+INLINE Ints take_turns(struct PathLanes *path, struct FlightLanes *f, struct RayLanes *ray, const struct MediumTables *m,
+    const struct Surroundings *s, struct Tally *tally, uint sample) {
+    Reals zero = (Reals)(0.0f);
+    Ints arrived = f->state == ARRIVED;
+    Ints shadow = arrived & (path->ray == SHADOW_RAY);
+    Ints other = arrived & NOT(shadow);
+    Words random[4];
+    path_block(path, m, sample, arrived, random);
+
+#ifdef SAMPLE_LIGHTS
+    for (int c = 0; c < CHANNELS; ++c) {
+        path->light[c] += PICK(zero, path->pending[c] * through_of(f, c), shadow);
+    }
+#endif
+    Reals escaping[CHANNELS];
+    for (int c = 0; c < CHANNELS; ++c) {
+        escaping[c] = path->throughput[c] * through_of(f, c);
+    }
+    Reals escaped = mean_channels(escaping);
+    tally->escaped += PICK(zero, escaped, other);
+    see_lights(path, f, ray, m, s, other & (escaped > 0.0f));
+    Ints camera = other & (path->ray == CAMERA_RAY);
+    path->opacity = PICK(path->opacity, f->taken, camera);
+#ifdef AUXILIARY
+    note_first_collisions(path, f, ray, m, s, camera);
+#endif
+
+    Ints scattered = scatter(path, f, m, s, tally, other & (f->taken > 0.0f));
+    Ints turning = scattered;
+#ifdef SAMPLE_LIGHTS
+    Words to_light[3];
+    Ints first = path->order == 1;
+    to_light[0] = random[0];
+    to_light[1] = PICK(random[1], path->strata[4], first);
+    to_light[2] = PICK(random[2], path->strata[5], first);
+    if (ANY(scattered)) {
+        seek_lights(path, f, ray, m, s, to_light, random[3], scattered);
+    }
+    turning = shadow;
+#endif
+    Ints flying = play_roulette(path, m, tally, random[2], turning);
+    if (ANY(flying)) {
+        Ints once = path->order == 1;
+        Reals u = uniform_lanes(PICK(random[0], path->strata[2], once));
+        Reals v = uniform_lanes(PICK(random[1], path->strata[3], once));
+        Reals pdf;
+        struct Points direction = phase_sample(phase_parameters(m), path->direction, u, v, &pdf);
+        path->direction = pick_points(path->direction, direction, flying);
+        path->pdf = PICK(path->pdf, pdf, flying);
+        path->ray = PICK(path->ray, (Ints)(FLIGHT), flying);
+        f->threshold = PICK(f->threshold, (Reals)(m->method->flight_threshold), flying);
+        f->scale = PICK(f->scale, (Reals)(m->method->majorant_scale), flying);
+        start_rays(f, ray, m, path->vertex, direction, zero, (Reals)(INFINITY), random[3], flying);
+    }
+    Ints ended = arrived & NOT(scattered) & NOT(flying);
+    f->state = PICK(f->state, (Ints)(RESTING), ended);
+    path->ray = PICK(path->ray, (Ints)(NO_RAY), ended);
+    return ended;
+}
+
+// Starts paths at the camera in the lanes of `begun`.
+INLINE void begin_paths(struct PathLanes *path, struct FlightLanes *f, struct RayLanes *ray,
+    const struct MediumTables *m, __constant struct Camera *camera, uint sample, Ints begun) {
+    // The keys of a sample's Sobol points, the same for all of its paths.
+    Words keys[4], more[4], lens[4], turn[4];
+    keys[0] = path->pixel;
+    keys[1] = more[1] = (Words)(sample);
+    keys[2] = more[2] = (Words)(0u);
+    keys[3] = (Words)(RNG_STRATA);
+    more[0] = path->pixel;
+    more[3] = (Words)(RNG_STRATA | 1u << 8);
+    uint2 seed = (uint2)(m->frame->seed_low, m->frame->seed_high);
+    philox_lanes(keys, seed);
+    philox_lanes(more, seed);
+    sobol_lanes(path->path, keys, lens);
+    sobol_lanes(path->path, more, turn);
+    path->strata[0] = PICK(path->strata[0], lens[2], begun);
+    path->strata[1] = PICK(path->strata[1], lens[3], begun);
+    for (int k = 0; k < 4; ++k) {
+        path->strata[k + 2] = PICK(path->strata[k + 2], turn[k], begun);
+    }
+    path->block = PICK(path->block, (Words)(0u), begun);
+#ifdef THIN_LENS
+    // The lens takes their dimensions.
+    Words random[4];
+    path_block(path, m, sample, begun, random);
+    path->strata[0] = PICK(path->strata[0], random[0], begun);
+    path->strata[1] = PICK(path->strata[1], random[1], begun);
+#endif
+    Reals half_way = (Reals)(0.5f);
+#ifdef FILTER_BOX
+    Reals across = uniform_lanes(lens[0]);
+    Reals down = uniform_lanes(lens[1]);
+#else
+    Reals across = half_way;
+    Reals down = half_way;
+#endif
+    struct Points origin, direction;
+    Reals from;
+    camera_rays(camera, path->pixel, across, down, uniform_lanes(lens[2]), uniform_lanes(lens[3]), &origin, &direction,
+        &from);
+    path->direction = pick_points(path->direction, direction, begun);
+    path->pdf = PICK(path->pdf, (Reals)(-1.0f), begun);
+    path->order = PICK(path->order, (Ints)(0), begun);
+    path->ray = PICK(path->ray, (Ints)(CAMERA_RAY), begun);
+    path->opacity = PICK(path->opacity, (Reals)(0.0f), begun);
+    for (int c = 0; c < CHANNELS; ++c) {
+        path->light[c] = PICK(path->light[c], (Reals)(channel_of(m->method->control, c)), begun);
+        path->throughput[c] = PICK(path->throughput[c], (Reals)(1.0f), begun);
+    }
+    f->threshold = PICK(f->threshold, (Reals)(m->method->camera_threshold), begun);
+    f->scale = PICK(f->scale, (Reals)(m->method->majorant_scale), begun);
+    start_rays(f, ray, m, to_grid(m->volume, origin), direction, from, (Reals)(INFINITY), path->strata[0], begun);
+}
+
+INLINE struct FlightLanes resting_flights(void) {
+    struct FlightLanes f;
+    Reals zero = (Reals)(0.0f);
+    f.state = (Ints)(RESTING);
+    f.bx = f.by = f.bz = (Ints)(0);
+    f.t = f.end = f.depth = f.taken = f.distance = f.value = f.row = zero;
+    f.majorant = f.scale = f.threshold = (Reals)(1.0f);
+    for (int c = 0; c < TRACKED; ++c) {
+        f.through[c] = f.share[c] = (Reals)(1.0f);
+    }
+    f.place = points(zero, zero, zero);
+    return f;
+}
+
+INLINE struct PathLanes idle_paths(void) {
+    struct PathLanes path;
+    Reals zero = (Reals)(0.0f);
+    path.ray = (Ints)(NO_RAY);
+    path.slot = path.order = (Ints)(0);
+    path.pixel = path.path = path.block = (Words)(0u);
+    path.direction = points((Reals)(1.0f), zero, zero);
+    path.vertex = points(zero, zero, zero);
+    path.opacity = path.pdf = zero;
+    for (int c = 0; c < CHANNELS; ++c) {
+        path.throughput[c] = path.light[c] = path.pending[c] = zero;
+    }
+    for (int k = 0; k < 6; ++k) {
+        path.strata[k] = (Words)(0u);
+    }
+    return path;
+}
+
+INLINE struct Tally empty_tally(void) {
+    struct Tally tally;
+    tally.escaped = tally.absorbed = tally.cut = tally.gained = (Reals)(0.0f);
+    tally.lookups = tally.collisions = tally.above = 0u;
+    return tally;
+}
+
+INLINE void count_up(__global uint *low, __global uint *high, uint more) {
+    uint sum = *low + more;
+    *high += sum < more;
+    *low = sum;
+}
+
+// Adds a sample's tally to the ledger.
+INLINE void settle_accounts(__global struct Ledger *ledger, const struct Tally *tally, uint paths, bool unfinished) {
+    float4 energy = ledger->energy;
+    float4 low = ledger->energy_low;
+    two_float_add(&energy, &low, (float4)(sum_lanes(tally->escaped), sum_lanes(tally->absorbed), sum_lanes(tally->cut),
+        sum_lanes(tally->gained)));
+    ledger->energy = energy;
+    ledger->energy_low = low;
+    count_up(&ledger->paths_low, &ledger->paths_high, paths);
+    count_up(&ledger->lookups_low, &ledger->lookups_high, tally->lookups);
+    count_up(&ledger->collisions_low, &ledger->collisions_high, tally->collisions);
+    count_up(&ledger->above_low, &ledger->above_high, tally->above);
+    ledger->unfinished += unfinished;
+}

@@ -1,0 +1,144 @@
+// The state of the paths that a work-item follows side by side, and what happens to them at the ends of their rays.
+//
+// A path is a camera ray, then turns of a shadow ray towards a light and a flight to the next collision. Light is
+// collected on the way: radiance = sum of throughput * (source seen by that part).
+#include "common/phase.cl"
+#include "common/random_lanes.cl"
+#include "lights/sample.cl"
+#include "render/background.cl"
+#include "volume/flight.cl"
+
+// Channels of throughput and light: one when nothing in the scene is coloured.
+#ifdef GREY
+#define CHANNELS 1
+#else
+#define CHANNELS 3
+#endif
+
+// What a ray is for.
+#define CAMERA_RAY 0
+#define SHADOW_RAY 1
+#define FLIGHT 2
+#define NO_RAY 3
+
+struct PathLanes {
+    Ints ray;                  // what the ray is for
+    Ints slot;                 // pixel within the work-item's pixels
+    Words pixel;
+    Words path;                // number of the path within the sample
+    Words block;               // random blocks used so far
+    Ints order;                // scatterings so far
+    struct Points direction;   // of propagation, local
+    struct Points vertex;      // the last collision, grid coordinates
+    Reals throughput[CHANNELS];
+    Reals light[CHANNELS];     // collected
+    Reals pending[CHANNELS];   // what the shadow ray brings if nothing is in its way
+    Reals opacity;             // what the medium took of the camera ray
+    Reals pdf;                 // of the flight's direction, 1/sr; -1 for camera rays
+    Words strata[6];           // stratified over the paths of a sample: the camera ray's first collision and whether
+                               // the path goes on there, then the first turn and the first place on a light
+};
+
+// What is counted for the ledger.
+struct Tally {
+    Reals escaped;
+    Reals absorbed;
+    Reals cut;
+    Reals gained;
+    uint lookups;
+    uint collisions;
+    uint above;
+};
+
+// What paths read besides the medium.
+struct Surroundings {
+    __global const float4 *colors;
+    __global const float4 *emissions;
+    __global const struct Light *lights;
+    __global const float *environment_sums;
+    __global const float4 *environment;
+};
+
+INLINE float channel_of(float4 color, int channel) {
+    return channel == 0 ? color.x : channel == 1 ? color.y : color.z;
+}
+
+// The next random blocks of the lanes in `mask`: four words each. Counter: pixel, sample, block, purpose and path.
+INLINE void path_block(struct PathLanes *path, const struct MediumTables *m, uint sample, Ints mask, Words words[4]) {
+    words[0] = path->pixel;
+    words[1] = (Words)(sample);
+    words[2] = path->block;
+    words[3] = (path->path << 8) | RNG_PATH;
+    philox_lanes(words, (uint2)(m->frame->seed_low, m->frame->seed_high));
+    path->block += PICK((Words)(0u), (Words)(1u), mask);
+}
+
+INLINE struct Phase phase_parameters(const struct MediumTables *m) {
+    struct Phase phase;
+    phase.g0 = m->method->phase.x;
+    phase.g1 = m->method->phase.y;
+    phase.weight = m->method->phase.z;
+    phase.pad = 0.0f;
+    return phase;
+}
+
+INLINE struct Points to_grid(__constant struct Volume *volume, struct Points p) {
+    return points(p.x * volume->scale.x + GRID_LOW, p.y * volume->scale.y + GRID_LOW, p.z * volume->scale.z + GRID_LOW);
+}
+
+INLINE float4 grid_to_local(__constant struct Volume *volume, float x, float y, float z) {
+    return (float4)((x - GRID_LOW) / volume->scale.x, (y - GRID_LOW) / volume->scale.y, (z - GRID_LOW) / volume->scale.z,
+        0.0f);
+}
+
+INLINE struct Points scaled_direction(__constant struct Volume *volume, struct Points d) {
+    return points(d.x * volume->scale.x, d.y * volume->scale.y, d.z * volume->scale.z);
+}
+
+
+// Puts the lanes of `mask` on new rays from `origin` (grid coordinates) along `direction` (local units), between two
+// times. `random`: for the first tentative collision.
+INLINE void start_rays(struct FlightLanes *f, struct RayLanes *ray, const struct MediumTables *m, struct Points origin,
+    struct Points direction, Reals from, Reals to, Words random, Ints mask) {
+    struct RayLanes fresh = ray_lanes(origin, scaled_direction(m->volume, direction));
+    clip_rays(m->method, &fresh, &from, &to);
+    *ray = pick_rays(*ray, fresh, mask);
+    start_flights(f, ray, m, from, to, random, mask);
+}
+
+// Adds what the lanes of `mask` see behind the medium: the rectangles that they meet, and what the environment map
+// differs from the constant that light is counted from. A constant background is that constant.
+INLINE void see_lights(struct PathLanes *path, const struct FlightLanes *f, const struct RayLanes *ray,
+    const struct MediumTables *m, const struct Surroundings *s, Ints mask) {
+#if defined(ENVIRONMENT) || defined(RECTANGLES)
+    IntLanes seeing = int_lanes(mask);
+    RealLanes dx = real_lanes(path->direction.x), dy = real_lanes(path->direction.y), dz = real_lanes(path->direction.z);
+    RealLanes ox = real_lanes(ray->origin.x), oy = real_lanes(ray->origin.y), oz = real_lanes(ray->origin.z);
+    RealLanes pdf = real_lanes(path->pdf);
+    RealLanes seen[CHANNELS];
+    for (int c = 0; c < CHANNELS; ++c) {
+        seen[c] = real_lanes((Reals)(0.0f));
+    }
+    for (int i = 0; i < WIDTH; ++i) {
+        if (!seeing.lane[i]) {
+            continue;
+        }
+        float4 direction = (float4)(dx.lane[i], dy.lane[i], dz.lane[i], 0.0f);
+        float4 radiance = (float4)(0.0f);
+#ifdef ENVIRONMENT
+        radiance.xyz = (background_radiance(m->frame, s->environment, direction.xyz) - m->method->control.xyz)
+            * balance(pdf.lane[i], environment_pdf(m->frame, s->environment_sums, direction));
+#endif
+#ifdef RECTANGLES
+        radiance += rectangle_hits(m->frame, s->lights, grid_to_local(m->volume, ox.lane[i], oy.lane[i], oz.lane[i]),
+            direction, INFINITY, pdf.lane[i]);
+#endif
+        for (int c = 0; c < CHANNELS; ++c) {
+            seen[c].lane[i] = channel_of(radiance, c);
+        }
+    }
+    for (int c = 0; c < CHANNELS; ++c) {
+        path->light[c] += PICK((Reals)(0.0f), path->throughput[c] * through_of(f, c) * seen[c].all, mask);
+    }
+#endif
+}

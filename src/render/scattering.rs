@@ -1,0 +1,336 @@
+//! Single and multiple scattering: the kernel is `cl/render/scattering.cl`.
+
+use super::lights::Lights;
+use super::majorants::Majorants;
+use super::medium::MediumTable;
+use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
+use crate::device::ProgramSpec;
+use crate::scene::{Background, Orders, Phase, Scattering as Settings, Transfer, Transmittance};
+use crate::transfer::{TransferFunction1d, TransferFunction2d};
+use crate::{Result, device_struct};
+
+device_struct! {
+    "types/path.cl",
+    /// Parameters of the scattering methods; see `cl/types/path.cl`.
+    pub struct Scattering {
+        /// Low corner of what can hold extinction, grid coordinates.
+        pub low: [f32; 4],
+        /// Its high corner.
+        pub high: [f32; 4],
+        /// Radiance that light is counted from.
+        pub control: [f32; 4],
+        /// Constant single-scattering albedo.
+        pub albedo: [f32; 4],
+        /// Mean cosines of the phase function's lobes and the share of the first.
+        pub phase: [f32; 4],
+        /// Extinction per channel relative to sigma_t, the largest 1.
+        pub extinction: [f32; 4],
+        /// Factor of the majorants.
+        pub majorant_scale: f32,
+        /// Transmittance of a camera ray above which tentative collisions take parts of it, below all or nothing.
+        pub camera_threshold: f32,
+        /// The same for shadow rays.
+        pub shadow_threshold: f32,
+        /// The same for rays between collisions.
+        pub flight_threshold: f32,
+        /// A path goes on from a camera ray with this times the probability of a collision.
+        pub split: f32,
+        /// Constant extinction per local unit.
+        pub sigma: f32,
+        /// Extinction is offset + slope · value.
+        pub ramp_offset: f32,
+        /// The slope, per entry of the table.
+        pub ramp_slope: f32,
+        /// Throughput below which paths play Russian roulette.
+        pub roulette_start: f32,
+        /// The largest number of scatterings, 2^31 − 1 for no limit.
+        pub max_order: i32,
+        /// Paths per sample and pixel.
+        pub paths: u32,
+        /// Padding.
+        pub pad_0: u32,
+    }
+}
+
+device_struct! {
+    "types/path.cl",
+    /// What the paths of a tile did; see `cl/types/path.cl`.
+    pub struct Ledger {
+        /// Escaped, absorbed, cut, gained by roulette.
+        pub energy: [f32; 4],
+        /// What `energy` cannot hold.
+        pub energy_low: [f32; 4],
+        /// Paths, low half.
+        pub paths_low: u32,
+        /// High half.
+        pub paths_high: u32,
+        /// Tentative collisions, low half.
+        pub lookups_low: u32,
+        /// High half.
+        pub lookups_high: u32,
+        /// Those that took something, low half.
+        pub collisions_low: u32,
+        /// High half.
+        pub collisions_high: u32,
+        /// Those with extinction above the majorant, low half.
+        pub above_low: u32,
+        /// High half.
+        pub above_high: u32,
+        /// Samples whose paths the device did not follow to their ends.
+        pub unfinished: u32,
+        /// Padding.
+        pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
+        /// Padding.
+        pub pad_2: u32,
+    }
+}
+
+device_struct! {
+    "types/path.cl",
+    /// Auxiliary images of a pixel; see `cl/types/path.cl`.
+    pub struct Auxiliary {
+        /// Albedo of the first collision; transmittance of the camera ray.
+        pub albedo: [f32; 4],
+        /// Normal at the first collision; its weight.
+        pub normal: [f32; 4],
+        /// Distance of the first collision times its weight.
+        pub depth: [f32; 4],
+    }
+}
+
+/// Below this transmittance rays that take parts switch to all or nothing, by measurement on the cloud.
+const SWITCH: f32 = 0.1;
+
+/// Makes the method ready.
+///
+/// # Errors
+/// [`crate::Error::Input`] when a 2-D table cannot be read.
+pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFrame) -> Result<MethodSetup> {
+    let scene = input.scene;
+    let table = MediumTable::new(&scene.transfer, &scene.medium, input.window, input.local.unit)?;
+    let two_d = matches!(scene.transfer, Transfer::TwoD(_));
+    frame.table_size = table.size as u32;
+    frame.table_rows = table.rows as u32;
+    frame.gradient_scale = table.gradient_scale;
+    let gradients = two_d.then(|| input.grid.brick_gradients(input.bricks));
+    let majorants = Majorants::new(input.grid, input.bricks, gradients.as_deref(), &table);
+    let lights = Lights::new(&scene.lights, &scene.background, input.environment, input.local);
+    lights.describe(frame);
+
+    let albedo = scene.scattering.albedo;
+    let chromatic = scene.scattering.extinction_color;
+    let largest = chromatic.map_or(1.0, |color| color.into_iter().fold(0.0, f64::max));
+    let extinction = chromatic.unwrap_or([1.0; 3]).map(|e| e / largest);
+    let emission = emission(&scene.transfer, input.window)?;
+    let constant_sigma = majorants.constant.is_some();
+    let closed_form =
+        constant_sigma && settings.transmittance == Transmittance::Auto && settings.majorant_scale == 1.0;
+    let (max_order, single) = match settings.orders {
+        Orders::Single => (1, true),
+        Orders::Multiple { max } => {
+            (max.map_or(i32::MAX, |max| i32::try_from(max).unwrap_or(i32::MAX)), false)
+        }
+    };
+    let constant_albedo = majorants.constant_color.or((majorants.largest == 0.0).then_some([0.0; 3]));
+    let ramp = (!two_d && !constant_sigma).then(|| table.linear_ramp()).flatten();
+    let grey = is_grey(input, &table, emission.as_deref(), chromatic);
+    let thresholds = thresholds(settings.transmittance, single, closed_form);
+    let [low, high] = occupied(input, &majorants);
+    let float4 = |[x, y, z]: [f64; 3], w: f64| [x, y, z, w].map(|v| v as f32);
+    let parameters = Scattering {
+        low,
+        high,
+        control: control(input, &lights),
+        albedo: float4(std::array::from_fn(|c| albedo[c] * constant_albedo.unwrap_or([1.0; 3])[c]), 0.0),
+        phase: phase_parameters(scene.phase),
+        extinction: float4(extinction, 0.0),
+        majorant_scale: settings.majorant_scale as f32,
+        camera_threshold: thresholds[0],
+        shadow_threshold: thresholds[1],
+        flight_threshold: thresholds[2],
+        split: 1.0,
+        sigma: (majorants.constant.unwrap_or(0.0) * largest) as f32,
+        ramp_offset: (ramp.map_or(0.0, |(offset, _)| offset) * largest) as f32,
+        ramp_slope: (ramp.map_or(0.0, |(_, slope)| slope) * largest) as f32,
+        roulette_start: 0.3,
+        max_order,
+        paths: settings.paths.unwrap_or(DEFAULT_PATHS),
+        pad_0: 0,
+    };
+    let spec = ProgramSpec::new("render/scattering.cl")
+        .define(phase_define(scene.phase), "1")
+        .feature("TF_2D", two_d)
+        .feature("CONSTANT_SIGMA", constant_sigma)
+        .feature("CLOSED_FORM", closed_form)
+        .feature("SIGMA_RAMP", ramp.is_some())
+        .feature("CONSTANT_ALBEDO", constant_albedo.is_some())
+        .feature("CHROMATIC", chromatic.is_some())
+        .feature("EMISSION", emission.is_some())
+        .feature("GREY", grey)
+        .feature("SAMPLE_LIGHTS", lights.sampled())
+        .feature("RECTANGLES", lights.has_rectangles())
+        .feature("AUXILIARY", scene.film.auxiliary);
+    let sigmas: Vec<f32> = table.sigmas().into_iter().map(|sigma| sigma * largest as f32).collect();
+    let [light_buffer, sums] = lights.buffers();
+    let emission = emission.unwrap_or_else(|| vec![[0.0; 4]]);
+    Ok(MethodSetup {
+        spec,
+        kernel: "render_scattering",
+        parameters: HostBuffer::new("method parameters", &[parameters]),
+        tables: vec![
+            HostBuffer::new("majorants", &majorants.scaled(largest, largest)),
+            HostBuffer::new("extinction table", &sigmas),
+            HostBuffer { name: "albedo table", bytes: table.device_colors(albedo) },
+            HostBuffer::new("emission table", &emission),
+            light_buffer,
+            sums,
+        ],
+        value_units: table.intervals(),
+        random: true,
+        lanes: false,
+        paths: true,
+        has_depth: false,
+        notes: Vec::new(),
+        details: lights.details,
+    })
+}
+
+/// Paths per sample.
+const DEFAULT_PATHS: u32 = 4;
+
+fn phase_parameters(phase: Phase) -> [f32; 4] {
+    match phase {
+        Phase::Isotropic | Phase::Rayleigh => [0.0; 4],
+        Phase::HenyeyGreenstein { g } => [g as f32, 0.0, 1.0, 0.0],
+        Phase::TwoLobe { g, weight } => [g[0] as f32, g[1] as f32, weight as f32, 0.0],
+    }
+}
+
+fn phase_define(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Isotropic => "PHASE_ISOTROPIC",
+        Phase::HenyeyGreenstein { .. } => "PHASE_HG",
+        Phase::Rayleigh => "PHASE_RAYLEIGH",
+        Phase::TwoLobe { .. } => "PHASE_TWO_LOBE",
+    }
+}
+
+/// Above which transmittance camera rays, shadow rays and flights take parts.
+fn thresholds(transmittance: Transmittance, single: bool, closed_form: bool) -> [f32; 3] {
+    let flight = |threshold: f32| if single { threshold } else { 1.0 };
+    match transmittance {
+        Transmittance::Analog => [1.0; 3],
+        Transmittance::Auto if closed_form => [0.0, 0.0, flight(0.0)],
+        Transmittance::Auto => [SWITCH, SWITCH, flight(SWITCH)],
+        _ => [0.0, 0.0, flight(0.0)],
+    }
+}
+
+/// The radiance that light is counted from: what the medium is bathed in on average. A sampled map is not: its samples
+/// follow its brightness, and a difference does not.
+fn control(input: &MethodInput<'_>, lights: &Lights) -> [f32; 4] {
+    let [r, g, b] = match (&input.scene.background, input.environment) {
+        (Background::Constant(color), _) => *color,
+        (Background::Environment { intensity, .. }, Some(map)) if lights.environment_pick == 0.0 => {
+            map.mean_radiance().map(|mean| intensity * mean)
+        }
+        _ => [0.0; 3],
+    };
+    [r as f32, g as f32, b as f32, 0.0]
+}
+
+/// The box of what can hold extinction, in grid coordinates; empty without any.
+fn occupied(input: &MethodInput<'_>, majorants: &Majorants) -> [[f32; 4]; 2] {
+    let dims = input.local.dims;
+    let Some((low, high)) = majorants.occupied else { return [[1.0; 4], [0.0; 4]] };
+    // The volume's box ends half a voxel beyond the outermost voxels.
+    let (first, pad) = (1.5_f32, 1.5_f32);
+    let corner =
+        |plane: [i32; 3]| {
+            std::array::from_fn(|a| {
+                if a == 3 { 0.0 } else { (plane[a] as f32).clamp(first, dims[a] as f32 + pad) }
+            })
+        };
+    [corner(low), corner(high)]
+}
+
+/// The emitted radiance of every entry of the table; `None` where nothing glows.
+fn emission(transfer: &Transfer, window: (f64, f64)) -> Result<Option<Vec<[f32; 4]>>> {
+    let emission = match transfer {
+        Transfer::OneD(settings) => TransferFunction1d::from_settings(settings, window).emission,
+        Transfer::TwoD(settings) => TransferFunction2d::from_settings(settings)?.emission,
+    };
+    let float4 = |[r, g, b]: [f64; 3]| [r as f32, g as f32, b as f32, 0.0];
+    Ok(emission.map(|entries| entries.into_iter().map(float4).collect()))
+}
+
+/// Whether nothing in the scene has a colour: then one channel is enough.
+fn is_grey(
+    input: &MethodInput<'_>,
+    table: &MediumTable,
+    emission: Option<&[[f32; 4]]>,
+    chromatic: Option<[f64; 3]>,
+) -> bool {
+    let grey = |c: [f64; 3]| c[0] == c[1] && c[1] == c[2];
+    let scene = input.scene;
+    let lights = scene.lights.iter().all(|light| grey(light.color()));
+    let background = matches!(scene.background, Background::Constant(color) if grey(color));
+    let glow = emission.is_none_or(|entries| entries.iter().all(|e| e[0] == e[1] && e[1] == e[2]));
+    lights && background && glow && chromatic.is_none() && grey(scene.scattering.albedo) && table.is_grey()
+}
+
+/// What all paths of a render did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PathLedger {
+    /// Paths started.
+    pub paths: u64,
+    /// Tentative collisions: look-ups of the medium.
+    pub lookups: u64,
+    /// Of these, the ones that scattered or absorbed.
+    pub collisions: u64,
+    /// Look-ups that found more extinction than the majorant. Anything but 0 is a mistake of this program.
+    pub above_majorant: u64,
+    /// Samples whose paths the device did not follow to their ends.
+    pub unfinished: u64,
+    /// Weight that left the volume; weights are those of paths that start with 1, the mean over channels.
+    pub escaped: f64,
+    /// Weight absorbed.
+    pub absorbed: f64,
+    /// Weight lost to the limit on scatterings.
+    pub cut: f64,
+    /// Weight that Russian roulette added, less what it removed: 0 in the mean.
+    pub gained: f64,
+}
+
+impl PathLedger {
+    /// Sums up what the device counted.
+    pub fn of(accounts: &[Ledger]) -> Self {
+        let join = |low: u32, high: u32| u64::from(high) << 32 | u64::from(low);
+        let mut all = Self::default();
+        for account in accounts {
+            all.paths += join(account.paths_low, account.paths_high);
+            all.lookups += join(account.lookups_low, account.lookups_high);
+            all.collisions += join(account.collisions_low, account.collisions_high);
+            all.above_majorant += join(account.above_low, account.above_high);
+            all.unfinished += u64::from(account.unfinished);
+            let energy = |i: usize| f64::from(account.energy[i]) + f64::from(account.energy_low[i]);
+            all.escaped += energy(0);
+            all.absorbed += energy(1);
+            all.cut += energy(2);
+            all.gained += energy(3);
+        }
+        all
+    }
+
+    /// Tentative collisions that were none.
+    pub fn null_collisions(&self) -> u64 {
+        self.lookups - self.collisions
+    }
+
+    /// What is missing in escaped + absorbed + cut = paths + gained, per path.
+    pub fn imbalance(&self) -> f64 {
+        (self.escaped + self.absorbed + self.cut - self.gained - self.paths as f64) / self.paths.max(1) as f64
+    }
+}
