@@ -164,7 +164,7 @@ fn media_in_thermal_equilibrium_are_invisible() {
             "{}[background]\ncolor = 1\n[method]\nkind = \"multiple-scattering\"\n{method}",
             scene(glowing, PHASES[3])
         );
-        let film = Case::new(&text, noisy([12, 13, 11], 5)).film_of(16);
+        let film = Case::new(&text, noisy([12, 13, 11], 5)).film_of(64);
         white_on_average("equilibrium", &film);
     }
 }

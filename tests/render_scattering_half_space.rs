@@ -191,7 +191,7 @@ fn sources_deep_inside_a_medium_have_the_fluence_of_transport_theory() {
         (0.5, 1.0, 6.0, 72, 100),
         (0.5, 2.0, 8.0, 48, 100),
         (0.99, 2.0, 26.0, 160, 16),
-        (0.99, 5.0, 30.0, 72, 16),
+        (0.99, 5.0, 32.0, 78, 16),
     ];
     for (albedo, radius, half, n, samples) in cases {
         let row = published.iter().find(|row| row["w"] == albedo && row["r"] == radius).unwrap();

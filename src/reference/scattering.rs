@@ -1,7 +1,8 @@
 //! Radiance that a volume scatters, by a plain Monte Carlo path tracer.
 //!
 //! It is another estimator than the kernels', so that the two agree only when both are right: free flights by delta
-//! tracking under one majorant for the whole volume, the transmittance to lights by quadrature, the environment only by
+//! tracking under one majorant for the whole volume, the transmittance to lights by quadrature (for transfer functions of
+//! the value), the environment only by
 //! rays that leave, textbook phase functions, and where the extinction differs between channels, a path per channel.
 
 mod directions;
@@ -181,7 +182,7 @@ impl<'a> Tracer<'a> {
         let ScatteringMedium { albedo: scale, .. } = self.scene.scattering;
         let mut sum = [0.0; 3];
         for light in &self.scene.lights {
-            add(&mut sum, weight, self.seen(light, &ray, factor));
+            add(&mut sum, weight, self.seen(light, &ray, factor, random));
         }
         for scatterings in 0.. {
             let Some(point) = self.collision(&ray, factor, random) else {
@@ -241,11 +242,15 @@ impl<'a> Tracer<'a> {
         if self.media.scattering.gradients == 1 { 0.0 } else { self.field.gradient(point).length() }
     }
 
-    /// exp(−∫σ) from a point over a distance, which may be infinite.
-    fn transmittance(&self, origin: DVec3, direction: DVec3, distance: f64, factor: f64) -> f64 {
-        let depth_beyond = |start: f64| self.depth(&Ray { origin, direction, start });
-        let behind = if distance.is_finite() { depth_beyond(distance) } else { 0.0 };
-        (-factor * (depth_beyond(0.0) - behind)).exp()
+    /// exp(−∫σ) along a ray over a distance, which may be infinite. A depth through a function of the gradient takes
+    /// thousands of gradients: there, whether a collision happens.
+    fn transmittance(&self, ray: &Ray, distance: f64, factor: f64, random: &mut Random) -> f64 {
+        if self.media.scattering.gradients > 1 {
+            let hit = self.collision(ray, factor, random);
+            return if hit.is_some_and(|point| point.distance(ray.origin) < distance) { 0.0 } else { 1.0 };
+        }
+        let behind = if distance.is_finite() { self.depth(&Ray { start: distance, ..*ray }) } else { 0.0 };
+        (-factor * (self.depth(ray) - behind)).exp()
     }
 
     /// ∫σ along a ray, without the factors of channels.
@@ -254,7 +259,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Radiance of a light that a camera ray looks at: only rectangles have a face.
-    fn seen(&self, light: &Light, ray: &Ray, factor: f64) -> Rgb {
+    fn seen(&self, light: &Light, ray: &Ray, factor: f64, random: &mut Random) -> Rgb {
         let Light::Rectangle { centre, edge_u, edge_v, radiance } = *light else { return [0.0; 3] };
         let normal = edge_u.cross(edge_v);
         let t = (centre - ray.origin).dot(normal) / ray.direction.dot(normal);
@@ -268,7 +273,7 @@ impl<'a> Tracer<'a> {
         if u.abs() > 0.5 || v.abs() > 0.5 {
             return [0.0; 3];
         }
-        let transmittance = self.transmittance(ray.origin, ray.direction, t, factor);
+        let transmittance = self.transmittance(ray, t, factor, random);
         radiance.map(|l| l * transmittance)
     }
 
@@ -290,8 +295,9 @@ impl<'a> Tracer<'a> {
             }
         };
         let phase = phase_value(&self.scene.phase, direction.dot(to_light));
-        let factor = phase * self.transmittance(point, to_light, distance, factor);
-        irradiance.map(|e| e * factor)
+        let way = Ray { origin: point, direction: to_light, start: 0.0 };
+        let part = phase * self.transmittance(&way, distance, factor, random);
+        irradiance.map(|e| e * part)
     }
 
     fn background(&self, direction: DVec3) -> Rgb {
