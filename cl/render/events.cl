@@ -30,10 +30,13 @@ INLINE void add_up(float4 *sums, const struct PathLanes *path, Ints ended) {
 #ifndef CLOSED_FORM
 // Looks the medium up where lanes wait at tentative collisions.
 INLINE void look_up(struct PathLanes *path, struct FlightLanes *f, const struct RayLanes *ray,
-    const struct MediumTables *m, struct Tally *tally, uint sample) {
+    const struct MediumTables *m, struct Tally *tally) {
     Ints waiting = f->state == TENTATIVE;
-    Words words[4];
-    path_block(path, m, sample, waiting, words);
+    Words words[2];
+    words[0] = path->lookups;
+    words[1] = path->stream[1];
+    philox2_lanes(words, path->stream[0]);
+    path->lookups += PICK((Words)(0u), (Words)(1u), waiting);
     Ints above, collided;
     collide(f, ray, m, waiting, words, &above, &collided);
     tally->lookups += (uint)count_lanes(waiting);
@@ -128,12 +131,13 @@ INLINE void seek_lights(struct PathLanes *path, struct FlightLanes *f, struct Ra
 #endif
 
 // Goes on from the collisions of `hit`: emission, absorption, and whether the path ends there. Returns the lanes that
-// scatter. `chance`: what is compared with the probability of going on after a camera ray.
+// scatter.
 INLINE Ints scatter(struct PathLanes *path, struct FlightLanes *f, const struct MediumTables *m,
     const struct Surroundings *s, struct Tally *tally, Ints hit) {
     Reals zero = (Reals)(0.0f);
     // Camera rays through thin media go on with the probability of a collision (times `split`).
-    Reals chance = min((Reals)(1.0f), m->method->split * f->taken);
+    Reals one = (Reals)(1.0f);
+    Reals chance = PICK(one, min(one, m->method->split * f->taken), path->ray == CAMERA_RAY);
     Reals before[CHANNELS];
     for (int c = 0; c < CHANNELS; ++c) {
         before[c] = path->throughput[c] * collided_of(f, c);
@@ -159,8 +163,6 @@ INLINE Ints scatter(struct PathLanes *path, struct FlightLanes *f, const struct 
     tally->cut += PICK(zero, mean_channels(path->throughput), cut);
     path->order = PICK(path->order, path->order + 1, on & NOT(cut));
     path->vertex = pick_points(path->vertex, f->place, on);
-    // From here on the chance is 1.
-    path->strata[1] = PICK(path->strata[1], (Words)(0u), on);
     return on & NOT(cut) & (largest > 0.0f);
 }
 
@@ -265,12 +267,15 @@ INLINE void begin_paths(struct PathLanes *path, struct FlightLanes *f, struct Ra
         path->strata[k + 2] = PICK(path->strata[k + 2], turn[k], begun);
     }
     path->block = PICK(path->block, (Words)(0u), begun);
+    path->lookups = PICK(path->lookups, (Words)(0u), begun);
+    Words stream[4];
+    path_block(path, m, sample, begun, stream);
+    path->stream[0] = PICK(path->stream[0], stream[0], begun);
+    path->stream[1] = PICK(path->stream[1], stream[1], begun);
 #ifdef THIN_LENS
     // The lens takes their dimensions.
-    Words random[4];
-    path_block(path, m, sample, begun, random);
-    path->strata[0] = PICK(path->strata[0], random[0], begun);
-    path->strata[1] = PICK(path->strata[1], random[1], begun);
+    path->strata[0] = PICK(path->strata[0], stream[2], begun);
+    path->strata[1] = PICK(path->strata[1], stream[3], begun);
 #endif
     Reals half_way = (Reals)(0.5f);
 #ifdef FILTER_BOX
@@ -317,7 +322,7 @@ INLINE struct PathLanes idle_paths(void) {
     Reals zero = (Reals)(0.0f);
     path.ray = (Ints)(NO_RAY);
     path.slot = path.order = (Ints)(0);
-    path.pixel = path.path = path.block = (Words)(0u);
+    path.pixel = path.path = path.block = path.lookups = path.stream[0] = path.stream[1] = (Words)(0u);
     path.direction = points((Reals)(1.0f), zero, zero);
     path.vertex = points(zero, zero, zero);
     path.opacity = path.pdf = zero;

@@ -26,7 +26,9 @@ struct PathLanes {
     Ints slot;                 // pixel within the work-item's pixels
     Words pixel;
     Words path;                // number of the path within the sample
-    Words block;               // random blocks used so far
+    Words block;               // random blocks used so far, by events
+    Words lookups;             // ... and by tentative collisions, which count in a stream of their own:
+    Words stream[2];           // drawn at the path's start
     Ints order;                // scatterings so far
     struct Points direction;   // of propagation, local
     struct Points vertex;      // the last collision, grid coordinates

@@ -112,19 +112,16 @@ __kernel void render_scattering(__constant struct Frame *frame, __constant struc
         struct Tally tally = empty_tally();
         uint next = 0;
         for (;;) {
-            int arrived = count_lanes(flight.state == ARRIVED);
-            int resting = count_lanes(flight.state == RESTING);
 #ifndef CLOSED_FORM
-            int tentative = count_lanes(flight.state == TENTATIVE);
-            int travelling = WIDTH - arrived - resting - tentative;
-            if (travelling > 0) {
-                travel(&flight, &ray, &m);
-                arrived = count_lanes(flight.state == ARRIVED);
-                tentative = count_lanes(flight.state == TENTATIVE);
-                travelling = WIDTH - arrived - resting - tentative;
-            }
+            travel(&flight, &ray, &m);
+#endif
+            int states = sum_ints(flight.state);
+            int arrived = STATE_COUNT(states, ARRIVED);
+#ifndef CLOSED_FORM
+            int tentative = STATE_COUNT(states, TENTATIVE);
+            int travelling = WIDTH - arrived - tentative - STATE_COUNT(states, RESTING);
             if (tentative > 0 && (tentative >= WAIT_TENTATIVE || travelling == 0)) {
-                look_up(&path, &flight, &ray, &m, &tally, sample);
+                look_up(&path, &flight, &ray, &m, &tally);
                 continue;
             }
             if (travelling + tentative > 0 && arrived < max(WAIT_ARRIVED, 1)) {
