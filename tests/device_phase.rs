@@ -55,8 +55,7 @@ fn values_are_those_of_the_twins() {
     // g0, g1, weight, mu
     let inputs: Vec<[f32; 4]> =
         PARAMETERS.iter().flat_map(|g| cosines.iter().map(move |mu| [*g, 0.1 - 0.8 * g, 0.7, *mu])).collect();
-    let body =
-        "struct Phase p = {x.x, x.y, x.z, 0.0f};\nout[i] = (float4)(phase_at(p, cosines(1.0f - x.w, 1.0f + x.w)), 0.0f, 0.0f, 0.0f);";
+    let body = "struct Phase p = {x.x, x.y, x.z, 0.0f};\nout[i] = (float4)(phase_at(p, cosines(1.0f - x.w, 1.0f + x.w)), 0.0f, 0.0f, 0.0f);";
     type Twin = fn([f64; 4]) -> f64;
     let twins: [(&str, Twin); 4] = [
         ("PHASE_ISOTROPIC", |_| isotropic()),

@@ -239,7 +239,8 @@ INLINE Ints take_turns(struct PathLanes *path, struct FlightLanes *f, struct Ray
         f->scale = PICK(f->scale, (Reals)(m->method->majorant_scale), flying);
         start_rays(f, ray, m, path->vertex, direction, zero, (Reals)(INFINITY), random[3], flying);
     }
-    Ints ended = arrived & NOT(scattered) & NOT(flying);
+    // What turned has gone on, or roulette ended it; with lights, what scattered has gone to them first.
+    Ints ended = arrived & NOT(flying) & (turning | NOT(scattered));
     f->state = PICK(f->state, (Ints)(RESTING), ended);
     path->ray = PICK(path->ray, (Ints)(NO_RAY), ended);
     return ended;

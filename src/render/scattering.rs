@@ -124,7 +124,9 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let largest = chromatic.map_or(1.0, |color| color.into_iter().fold(0.0, f64::max));
     let extinction = chromatic.unwrap_or([1.0; 3]).map(|e| e / largest);
     let emission = emission(&scene.transfer, input.window)?;
-    let constant_sigma = majorants.constant.is_some();
+    let constant_albedo = majorants.constant_color.or((majorants.largest == 0.0).then_some([0.0; 3]));
+    // Where only the extinction is the same everywhere, collisions still look colours up by their values.
+    let constant_sigma = majorants.constant.is_some() && constant_albedo.is_some() && emission.is_none();
     let closed_form =
         constant_sigma && settings.transmittance == Transmittance::Auto && settings.majorant_scale == 1.0;
     let (max_order, single) = match settings.orders {
@@ -133,7 +135,6 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
             (max.map_or(i32::MAX, |max| i32::try_from(max).unwrap_or(i32::MAX)), false)
         }
     };
-    let constant_albedo = majorants.constant_color.or((majorants.largest == 0.0).then_some([0.0; 3]));
     let ramp = (!two_d && !constant_sigma).then(|| table.linear_ramp()).flatten();
     let grey = is_grey(input, &table, emission.as_deref(), chromatic);
     let thresholds = thresholds(settings.transmittance, single, closed_form);

@@ -126,27 +126,27 @@ pub fn blocks(side: usize, n: usize) -> Vec<Vec<usize>> {
 }
 
 /// Compares a film with the twin's image, both `side`² pixels, in n×n blocks of three channels: each within the k of as
-/// many comparisons, and their sum of squares within what chance allows. Prints the result.
+/// many comparisons, and the blocks' sum of squares in each channel within what chance allows. Prints the result.
 #[track_caller]
 pub fn compare_blocks(what: &str, film: &[FilmPixel], twin: &[Estimate], side: usize, n: usize) {
     all_finite(film);
     let k = family(3 * n * n);
-    let (mut squares, mut degrees, mut worst) = (0.0, 0.0, 0.0_f64);
+    let degrees = (n * n) as f64;
+    let bound = chi_square(degrees, 4.0);
+    let (mut squares, mut worst) = ([0.0; 3], 0.0_f64);
     for block in blocks(side, n) {
-        for channel in 0..3 {
+        for (channel, sum) in squares.iter_mut().enumerate() {
             let found = of_film(block.iter().map(|&i| &film[i]), channel);
             let exact = of_twin(block.iter().map(|&i| &twin[i]), channel);
             // Float32 sums of a sample: 32 roundings at most are systematic.
             let z = found.deviation(exact, 32.0 * super::EPS * exact.value);
             worst = worst.max(z);
-            squares += z * z;
-            degrees += 1.0;
+            *sum += z * z;
             assert!(z <= k, "{what}, channel {channel}: {found:?} against {exact:?}: {z:.2} σ > {k:.2} σ");
         }
     }
-    let bound = chi_square(degrees, 4.0);
-    println!("{what}: worst {worst:.2} σ of {k:.2}, χ² {squares:.1} of {bound:.1} at {degrees} degrees");
-    assert!(squares <= bound, "{what}: χ² {squares} > {bound} at {degrees} degrees");
+    println!("{what}: worst {worst:.2} σ of {k:.2}, χ² {squares:.1?} of {bound:.1} at {degrees} degrees");
+    assert!(squares.iter().all(|sum| *sum <= bound), "{what}: χ² {squares:?} > {bound} at {degrees} degrees");
 }
 
 /// The k for which one of n comparisons exceeds k standard errors by chance as rarely as a single one exceeds 3: in
