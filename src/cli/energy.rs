@@ -7,6 +7,9 @@ use serde_json::{Value, json};
 /// The share of the paths' weight that `max_order` may cut before the summary warns.
 const MUCH_CUT: f64 = 1e-3;
 
+/// The share that Russian roulette may add or remove before the line tells it: what is left of its noise.
+const MUCH_GAINED: f64 = 5e-3;
+
 /// One line: the shares of the paths' weight, and what a path cost.
 pub fn line(ledger: &PathLedger, method: &Method) -> String {
     let cut = if ledger.cut == 0.0 {
@@ -14,8 +17,15 @@ pub fn line(ledger: &PathLedger, method: &Method) -> String {
     } else {
         format!(", {} {}", percent(ledger.share(ledger.cut)), cut_by(method))
     };
+    let gained = ledger.share(ledger.gained);
+    let roulette = if gained.abs() < MUCH_GAINED {
+        String::new()
+    } else {
+        let did = if gained > 0.0 { "added" } else { "removed" };
+        format!("; Russian roulette {did} {}", percent(gained.abs()))
+    };
     format!(
-        "energy: {} escaped, {} absorbed{cut}; {:.1} look-ups per path, {} of them null collisions",
+        "energy: {} escaped, {} absorbed{cut}{roulette}; {:.1} look-ups per path, {} of them null collisions",
         percent(ledger.share(ledger.escaped)),
         percent(ledger.share(ledger.absorbed)),
         ledger.lookups as f64 / ledger.paths.max(1) as f64,
@@ -77,7 +87,7 @@ pub fn report(ledger: &PathLedger) -> Value {
 fn cut_by(method: &Method) -> &'static str {
     match method {
         Method::Scattering(Scattering { orders: Orders::Single, .. }) => {
-            "scattered more than once (left out)"
+            "left out beyond the first scattering"
         }
         _ => "cut by max_order",
     }
@@ -124,8 +134,12 @@ mod tests {
              collisions"
         );
         assert!(
-            line(&ledger(), &method(Orders::Single)).contains("0.20 % scattered more than once (left out)")
+            line(&ledger(), &method(Orders::Single)).contains("0.20 % left out beyond the first scattering")
         );
+        let noisy = PathLedger { gained: -31.0, escaped: 800.0, ..ledger() };
+        assert!(line(&noisy, &limited).starts_with(
+            "energy: 80 % escaped, 17 % absorbed, 0.20 % cut by max_order; Russian roulette removed 3.1 %;"
+        ),);
         let whole = PathLedger { cut: 0.0, ..ledger() };
         assert!(line(&whole, &limited).contains("17 % absorbed; 12.3 look-ups"));
     }

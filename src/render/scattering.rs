@@ -126,6 +126,8 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         .feature("AUXILIARY", scene.film.auxiliary);
     let sigmas: Vec<f32> = table.sigmas().into_iter().map(|sigma| sigma * largest as f32).collect();
     let [light_buffer, sums] = lights.buffers();
+    let details =
+        [cost(&majorants, &settings, closed_form, input.local.unit)].into_iter().chain(lights.details);
     let emission = emission.unwrap_or_else(|| vec![[0.0; 4]]);
     Ok(MethodSetup {
         spec,
@@ -145,8 +147,32 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         paths: true,
         has_depth: false,
         notes: Vec::new(),
-        details: lights.details,
+        details: details.collect(),
     })
+}
+
+/// What tracking costs in this medium. `unit`: scene units per local unit.
+fn cost(majorants: &Majorants, settings: &Settings, closed_form: bool, unit: f64) -> String {
+    let statistics = &majorants.statistics;
+    let mean = (statistics.sigma / unit) as f32;
+    if majorants.largest == 0.0 {
+        return "nothing has extinction: rays pass".into();
+    }
+    if closed_form {
+        return format!("the extinction is {mean} per scene unit everywhere: rays take no look-ups");
+    }
+    let empty = match statistics.empty {
+        0.0 => "no brick is empty".into(),
+        share => format!("{:.1} % of the box is in empty bricks", share * 100.0),
+    };
+    let lookups = statistics.lookups() * settings.majorant_scale;
+    if lookups.is_finite() {
+        format!(
+            "{empty}; mean extinction {mean} per scene unit; {lookups:.2} look-ups per unit of optical depth"
+        )
+    } else {
+        format!("{empty}; the others hold next to no extinction")
+    }
 }
 
 /// Paths per sample.

@@ -24,10 +24,39 @@ fn the_summary_tells_where_the_energy_went() {
     assert!(limited.err.contains(" % cut by max_order; "), "{}", limited.err);
     assert!(limited.err.contains("note: method.max_order = 1 cuts "), "{}", limited.err);
     let single = folder.succeed(&sets("method={ kind = \"single-scattering\" }", &[]));
-    assert!(single.err.contains(" % scattered more than once (left out); "), "{}", single.err);
+    assert!(single.err.contains(" % left out beyond the first scattering"), "{}", single.err);
     let quiet = folder.succeed(&sets("method={ kind = \"single-scattering\" }", &["--quiet"]));
     assert_eq!(quiet.err, "");
     assert!(!folder.succeed(&["render", "scene.toml"]).err.contains("energy"));
+}
+
+#[test]
+fn check_tells_what_tracking_costs() {
+    let folder = Folder::new();
+    let check = |transfer: &str, more: &[&str]| {
+        let method = ["--set", "method={ kind = \"multiple-scattering\" }", "--set", transfer];
+        folder.succeed(&[&["check", "scene.toml"], &method[..], more].concat()).out
+    };
+    let flat = "transfer={ points = [{ value = 0, opacity = 0.5 }] }";
+    let out = check(flat, &[]);
+    assert!(out.contains("the extinction is 2.5 per scene unit everywhere: rays take no look-ups"), "{out}");
+    // The majorant of a constant medium is its extinction, but for rounding.
+    let out = check(flat, &["--set", "method.majorant_scale=3"]);
+    assert!(
+        out.contains(
+            "no brick is empty; mean extinction 2.5 per scene unit; 3.00 look-ups per unit of optical depth"
+        ),
+        "{out}"
+    );
+    let out = check("transfer={ points = [{ value = 0, opacity = 0 }] }", &[]);
+    assert!(out.contains("nothing has extinction: rays pass"), "{out}");
+    // Eight bricks per edge, and nothing but a ball in the middle.
+    let ball = ["--set", "volume.dims=[64, 64, 64]", "--set", "volume.spacing=0.015625"];
+    let out =
+        check("transfer={ points = [{ value = 0.9, opacity = 0 }, { value = 1, opacity = 1 }] }", &ball);
+    let line = out.lines().find(|line| line.contains(" % of the box is in empty bricks; ")).expect(&out);
+    let empty: f64 = line.trim_start_matches("note").trim().split(' ').next().unwrap().parse().unwrap();
+    assert!(empty > 20.0 && empty < 99.0, "{line}");
 }
 
 #[test]
