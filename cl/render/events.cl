@@ -1,4 +1,5 @@
 // What happens to paths where their rays end, and where new ones begin.
+#include "render/auxiliary.cl"
 #include "render/paths.cl"
 #include "render/camera_lanes.cl"
 
@@ -58,6 +59,9 @@ INLINE void look_up_colors(const struct FlightLanes *f, const struct MediumTable
     IntLanes wanted = int_lanes(mask);
     RealLanes value = real_lanes(f->value);
     RealLanes row = real_lanes(f->row);
+#ifdef CONSTANT_SIGMA
+    RealLanes x = real_lanes(f->place.x), y = real_lanes(f->place.y), z = real_lanes(f->place.z);
+#endif
     RealLanes colors[CHANNELS], glows[CHANNELS];
     for (int c = 0; c < CHANNELS; ++c) {
         colors[c] = real_lanes(albedo[c]);
@@ -67,6 +71,11 @@ INLINE void look_up_colors(const struct FlightLanes *f, const struct MediumTable
         if (!wanted.lane[i]) {
             continue;
         }
+#ifdef CONSTANT_SIGMA
+        // The flight did not ask for the value.
+        sigma_at(m->frame, m->volume, m->voxels, m->sigmas, (float4)(x.lane[i], y.lane[i], z.lane[i], 0.0f),
+            &value.lane[i], &row.lane[i]);
+#endif
         struct TablePlace place = table_place(m->frame, value.lane[i], row.lane[i]);
 #ifndef CONSTANT_ALBEDO
         float4 color = table_color(m->frame, s->colors, place);
@@ -209,7 +218,11 @@ INLINE Ints take_turns(struct PathLanes *path, struct FlightLanes *f, struct Ray
     Ints camera = other & (path->ray == CAMERA_RAY);
     path->opacity = PICK(path->opacity, f->taken, camera);
 #ifdef AUXILIARY
-    note_first_collisions(path, f, ray, m, s, camera);
+    if (ANY(camera)) {
+        Reals albedo[CHANNELS], emission[CHANNELS];
+        look_up_colors(f, m, s, camera & (f->taken > 0.0f), albedo, emission);
+        note_first_collisions(tally->notes, path, f, m, albedo, camera);
+    }
 #endif
 
     Ints scattered = scatter(path, f, m, s, tally, other & (f->taken > 0.0f));
@@ -295,6 +308,9 @@ INLINE void begin_paths(struct PathLanes *path, struct FlightLanes *f, struct Ra
     path->order = PICK(path->order, (Ints)(0), begun);
     path->ray = PICK(path->ray, (Ints)(CAMERA_RAY), begun);
     path->opacity = PICK(path->opacity, (Reals)(0.0f), begun);
+#ifdef AUXILIARY
+    path->eye = PICK(path->eye, from, begun);
+#endif
     for (int c = 0; c < CHANNELS; ++c) {
         path->light[c] = PICK(path->light[c], (Reals)(channel_of(m->method->control, c)), begun);
         path->throughput[c] = PICK(path->throughput[c], (Reals)(1.0f), begun);
@@ -327,6 +343,9 @@ INLINE struct PathLanes idle_paths(void) {
     path.direction = points((Reals)(1.0f), zero, zero);
     path.vertex = points(zero, zero, zero);
     path.opacity = path.pdf = zero;
+#ifdef AUXILIARY
+    path.eye = zero;
+#endif
     for (int c = 0; c < CHANNELS; ++c) {
         path.throughput[c] = path.light[c] = path.pending[c] = zero;
     }

@@ -37,6 +37,9 @@ struct PathLanes {
     Reals pending[CHANNELS];   // what the shadow ray brings if nothing is in its way
     Reals opacity;             // what the medium took of the camera ray
     Reals pdf;                 // of the flight's direction, 1/sr; -1 for camera rays
+#ifdef AUXILIARY
+    Reals eye;                 // the time at which the camera ray left the eye
+#endif
     Words strata[6];           // stratified over the paths of a sample: the camera ray's first collision and whether
                                // the path goes on there, then the first turn and the first place on a light
 };
@@ -50,6 +53,9 @@ struct Tally {
     uint lookups;
     uint collisions;
     uint above;
+#ifdef AUXILIARY
+    struct Auxiliary *notes; // sums of the sample, per pixel of the work-item
+#endif
 };
 
 // What paths read besides the medium.

@@ -39,9 +39,13 @@ struct Ledger {
     uint pad_2;
 };
 
-// Auxiliary images of a pixel: means over paths.
+// Auxiliary images of a pixel: what camera rays meet first, as means over paths (and sums while a sample runs).
+// Values times `taken` are those of the whole ray: outside the medium they are 0.
 struct Auxiliary {
-    float4 albedo;          // of the first collision; w: transmittance of the camera ray
-    float4 normal;          // of the first collision, towards lower extinction; w: weight of all first collisions
-    float4 depth;           // x: distance of the first collision; weights summed in w of normal
+    float4 albedo;          // of the first collision, times the share of the ray that collides, per channel
+    float4 normal;          // unit, towards lower values, or 0 where the field is flat; times `taken`
+    float transmittance;    // of the camera ray
+    float taken;            // the share that collides
+    float depth;            // distance of the first collision from the eye, local units, times `taken`
+    uint pad_0;
 };

@@ -24,6 +24,7 @@ const FILES: &[(&str, &str)] = embed![
     "lights/environment.cl",
     "lights/rectangle.cl",
     "lights/sample.cl",
+    "render/auxiliary.cl",
     "render/background.cl",
     "render/camera.cl",
     "render/camera_lanes.cl",

@@ -52,54 +52,6 @@ device_struct! {
     }
 }
 
-device_struct! {
-    "types/path.cl",
-    /// What the paths of a tile did; see `cl/types/path.cl`.
-    pub struct Ledger {
-        /// Escaped, absorbed, cut, gained by roulette.
-        pub energy: [f32; 4],
-        /// What `energy` cannot hold.
-        pub energy_low: [f32; 4],
-        /// Paths, low half.
-        pub paths_low: u32,
-        /// High half.
-        pub paths_high: u32,
-        /// Tentative collisions, low half.
-        pub lookups_low: u32,
-        /// High half.
-        pub lookups_high: u32,
-        /// Those that took something, low half.
-        pub collisions_low: u32,
-        /// High half.
-        pub collisions_high: u32,
-        /// Those with extinction above the majorant, low half.
-        pub above_low: u32,
-        /// High half.
-        pub above_high: u32,
-        /// Samples whose paths the device did not follow to their ends.
-        pub unfinished: u32,
-        /// Padding.
-        pub pad_0: u32,
-        /// Padding.
-        pub pad_1: u32,
-        /// Padding.
-        pub pad_2: u32,
-    }
-}
-
-device_struct! {
-    "types/path.cl",
-    /// Auxiliary images of a pixel; see `cl/types/path.cl`.
-    pub struct Auxiliary {
-        /// Albedo of the first collision; transmittance of the camera ray.
-        pub albedo: [f32; 4],
-        /// Normal at the first collision; its weight.
-        pub normal: [f32; 4],
-        /// Distance of the first collision times its weight.
-        pub depth: [f32; 4],
-    }
-}
-
 /// Below this transmittance rays that take parts switch to all or nothing, by measurement on the cloud.
 const SWITCH: f32 = 0.1;
 
@@ -175,6 +127,8 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         .feature("AUXILIARY", scene.film.auxiliary);
     let sigmas: Vec<f32> = table.sigmas().into_iter().map(|sigma| sigma * largest as f32).collect();
     let [light_buffer, sums] = lights.buffers();
+    let details =
+        [cost(&majorants, &settings, closed_form, input.local.unit)].into_iter().chain(lights.details);
     let emission = emission.unwrap_or_else(|| vec![[0.0; 4]]);
     Ok(MethodSetup {
         spec,
@@ -194,8 +148,32 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         paths: true,
         has_depth: false,
         notes: Vec::new(),
-        details: lights.details,
+        details: details.collect(),
     })
+}
+
+/// What tracking costs in this medium. `unit`: scene units per local unit.
+fn cost(majorants: &Majorants, settings: &Settings, closed_form: bool, unit: f64) -> String {
+    let statistics = &majorants.statistics;
+    let mean = (statistics.sigma / unit) as f32;
+    if majorants.largest == 0.0 {
+        return "nothing has extinction: rays pass".into();
+    }
+    if closed_form {
+        return format!("the extinction is {mean} per scene unit everywhere: rays take no look-ups");
+    }
+    let empty = match statistics.empty {
+        0.0 => "no brick is empty".into(),
+        share => format!("{:.1} % of the box is in empty bricks", share * 100.0),
+    };
+    let lookups = statistics.lookups() * settings.majorant_scale;
+    if lookups.is_finite() {
+        format!(
+            "{empty}; mean extinction {mean} per scene unit; {lookups:.2} look-ups per unit of optical depth"
+        )
+    } else {
+        format!("{empty}; the others hold next to no extinction")
+    }
 }
 
 /// Paths per sample: on the cloud, 8 stratified paths have 7 % less noise than two times 4, and more gain little.
@@ -287,58 +265,4 @@ fn is_grey(
     let background = matches!(scene.background, Background::Constant(color) if grey(color));
     let glow = emission.is_none_or(|entries| entries.iter().all(|e| e[0] == e[1] && e[1] == e[2]));
     lights && background && glow && chromatic.is_none() && grey(scene.scattering.albedo) && table.is_grey()
-}
-
-/// What all paths of a render did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PathLedger {
-    /// Paths started.
-    pub paths: u64,
-    /// Tentative collisions: look-ups of the medium.
-    pub lookups: u64,
-    /// Of these, the ones that scattered or absorbed.
-    pub collisions: u64,
-    /// Look-ups that found more extinction than the majorant. Anything but 0 is a mistake of this program.
-    pub above_majorant: u64,
-    /// Samples whose paths the device did not follow to their ends.
-    pub unfinished: u64,
-    /// Weight that left the volume; weights are those of paths that start with 1, the mean over channels.
-    pub escaped: f64,
-    /// Weight absorbed.
-    pub absorbed: f64,
-    /// Weight lost to the limit on scatterings.
-    pub cut: f64,
-    /// Weight that Russian roulette added, less what it removed: 0 in the mean.
-    pub gained: f64,
-}
-
-impl PathLedger {
-    /// Sums up what the device counted.
-    pub fn of(accounts: &[Ledger]) -> Self {
-        let join = |low: u32, high: u32| u64::from(high) << 32 | u64::from(low);
-        let mut all = Self::default();
-        for account in accounts {
-            all.paths += join(account.paths_low, account.paths_high);
-            all.lookups += join(account.lookups_low, account.lookups_high);
-            all.collisions += join(account.collisions_low, account.collisions_high);
-            all.above_majorant += join(account.above_low, account.above_high);
-            all.unfinished += u64::from(account.unfinished);
-            let energy = |i: usize| f64::from(account.energy[i]) + f64::from(account.energy_low[i]);
-            all.escaped += energy(0);
-            all.absorbed += energy(1);
-            all.cut += energy(2);
-            all.gained += energy(3);
-        }
-        all
-    }
-
-    /// Tentative collisions that were none.
-    pub fn null_collisions(&self) -> u64 {
-        self.lookups - self.collisions
-    }
-
-    /// What is missing in escaped + absorbed + cut = paths + gained, per path.
-    pub fn imbalance(&self) -> f64 {
-        (self.escaped + self.absorbed + self.cut - self.gained - self.paths as f64) / self.paths.max(1) as f64
-    }
 }
