@@ -16,3 +16,9 @@ INLINE Reals exponential_lanes(Words bits) {
     Reals z = s * s;
     return k * M_LN2_F - 2.0f * s * (1.0f + z * (0.333333876f + z * (0.199888264f + z * 0.149346011f)));
 }
+
+// The same number for a single path, by the library's logarithms.
+INLINE float exponential_float(uint bits) {
+    uint rest = ~bits; // 1 - w, in units of 2^-32
+    return rest < 0x80000000u ? -log1p((float)rest * -0x1p-32f) : -log((float)(bits + 1u) * 0x1p-32f);
+}
