@@ -132,8 +132,8 @@ INLINE void scatter_from_angles(struct PathLanes *path, const struct FlightLanes
     }
     // What scatters there.
     struct FlightLanes there = *f;
-    there.place = points(ray->origin.x + place.all * ray->direction.x, ray->origin.y + place.all * ray->direction.y,
-        ray->origin.z + place.all * ray->direction.z);
+    there.place = points_in_box(m->method, points(ray->origin.x + place.all * ray->direction.x,
+        ray->origin.y + place.all * ray->direction.y, ray->origin.z + place.all * ray->direction.z));
     Reals sigma = sigma_lanes(m, there.place, &there.value, &there.row);
     tally->lookups += (uint)count_lanes(mask);
     mask &= sigma > 0.0f;

@@ -155,7 +155,7 @@ INLINE Ints scatter(struct PathLanes *path, struct FlightLanes *f, const struct 
     tally->absorbed += PICK(zero, mean_channels(absorbed), on);
     tally->cut += PICK(zero, mean_channels(path->throughput), cut);
     path->order = PICK(path->order, path->order + 1, on & NOT(cut));
-    path->vertex = pick_points(path->vertex, f->place, on);
+    path->vertex = pick_points(path->vertex, points_in_box(m->method, f->place), on);
     // From here on the chance is 1.
     path->strata[1] = PICK(path->strata[1], (Words)(0u), on);
     return on & NOT(cut) & (largest > 0.0f);

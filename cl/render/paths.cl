@@ -96,6 +96,12 @@ INLINE struct Points scaled_direction(__constant struct Volume *volume, struct P
     return points(d.x * volume->scale.x, d.y * volume->scale.y, d.z * volume->scale.z);
 }
 
+// Points moved off the box's faces by a rounding or two: from there, a ray along the face would miss the medium.
+INLINE struct Points points_in_box(__constant struct Scattering *method, struct Points p) {
+    float4 low = method->low * (1.0f + 0x1p-22f);
+    float4 high = method->high * (1.0f - 0x1p-22f);
+    return points(clamp(p.x, low.x, high.x), clamp(p.y, low.y, high.y), clamp(p.z, low.z, high.z));
+}
 
 // Puts the lanes of `mask` on new rays from `origin` (grid coordinates) along `direction` (local units), between two
 // times. `random`: for the first tentative collision.
