@@ -17,7 +17,7 @@ struct Scattering {
     float roulette_start;    // throughput below which paths play Russian roulette
     int max_order;           // largest number of scatterings, 2^31 - 1 for no limit
     uint paths;              // paths per sample and pixel
-    uint pad_0;
+    float mean_sigma;        // mean extinction of the box per local unit, roughly
 };
 
 // What the paths of a tile did, summed over its pixels and samples. Energies are weights of paths that start with 1,

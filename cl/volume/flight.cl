@@ -349,11 +349,13 @@ INLINE void settle(struct FlightLanes *f, const struct RayLanes *ray, const stru
     Reals length = f->end - f->t;
     Reals sigma[TRACKED];
     Reals taken[TRACKED]; // 1 - transmittance
+    Reals rest[TRACKED];  // transmittance, to its own precision
     Reals sum = (Reals)(0.0f);
     for (int c = 0; c < TRACKED; ++c) {
         sigma[c] = (Reals)(m->method->sigma * channel_extinction(m, c));
         Reals tau = sigma[c] * length;
         taken[c] = tau * mean_transmittance_lanes(tau);
+        rest[c] = PICK(exp(-tau), 1.0f - taken[c], tau < 0.25f);
         sum += taken[c];
     }
     Reals zero = (Reals)(0.0f);
@@ -389,12 +391,12 @@ INLINE void settle(struct FlightLanes *f, const struct RayLanes *ray, const stru
     for (int c = 0; c < TRACKED; ++c) {
         density[c] = sigma[c] * (1.0f - sigma[c] * distance * mean_transmittance_lanes(sigma[c] * distance));
         mean_density += density[c] * (1.0f / TRACKED);
-        mean_through += (1.0f - taken[c]) * (1.0f / TRACKED);
+        mean_through += rest[c] * (1.0f / TRACKED);
     }
     for (int c = 0; c < TRACKED; ++c) {
-        Reals left = PICK(1.0f - taken[c], PICK(zero, (1.0f - taken[c]) / mean_through, through), analog);
+        Reals left = PICK(rest[c], PICK(zero, rest[c] / mean_through, through), analog);
 #if TRACKED == 1
-        left = PICK(1.0f - taken[c], PICK(zero, (Reals)(1.0f), through), analog);
+        left = PICK(rest[c], PICK(zero, (Reals)(1.0f), through), analog);
 #endif
         f->through[c] = PICK(f->through[c], left, mask);
         f->share[c] = PICK(f->share[c], TRACKED == 1 ? (Reals)(1.0f) : density[c] / mean_density, collides);

@@ -5,9 +5,10 @@ use super::majorants::Majorants;
 use super::medium::MediumTable;
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::device::ProgramSpec;
-use crate::scene::{Background, Orders, Phase, Scattering as Settings, Transfer, Transmittance};
+use crate::scene::{Background, Light, Orders, Phase, Scattering as Settings, Transfer, Transmittance};
 use crate::transfer::{TransferFunction1d, TransferFunction2d};
 use crate::{Result, device_struct};
+use glam::DVec3;
 
 device_struct! {
     "types/path.cl",
@@ -47,8 +48,8 @@ device_struct! {
         pub max_order: i32,
         /// Paths per sample and pixel.
         pub paths: u32,
-        /// Padding.
-        pub pad_0: u32,
+        /// Mean extinction of the box per local unit, roughly.
+        pub mean_sigma: f32,
     }
 }
 
@@ -79,8 +80,11 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let constant_albedo = majorants.constant_color.or((majorants.largest == 0.0).then_some([0.0; 3]));
     // Where only the extinction is the same everywhere, collisions still look colours up by their values.
     let constant_sigma = majorants.constant.is_some() && constant_albedo.is_some() && emission.is_none();
-    let closed_form =
-        constant_sigma && settings.transmittance == Transmittance::Auto && settings.majorant_scale == 1.0;
+    let estimates = matches!(settings.transmittance, Transmittance::ResidualRatio | Transmittance::RayMarching);
+    // Estimates that know the bounds of a constant medium know all.
+    let auto = settings.transmittance == Transmittance::Auto && settings.majorant_scale == 1.0;
+    let closed_form = constant_sigma && (auto || estimates);
+    let estimated = |by: Transmittance| settings.transmittance == by && !constant_sigma;
     let (max_order, single) = match settings.orders {
         Orders::Single => (1, true),
         Orders::Multiple { max } => {
@@ -92,6 +96,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let thresholds = thresholds(settings.transmittance, single, closed_form);
     let [low, high] = occupied(input, &majorants);
     let float4 = |[x, y, z]: [f64; 3], w: f64| [x, y, z, w].map(|v| v as f32);
+    let occupied_sigma = majorants.statistics.sigma / (1.0 - majorants.statistics.empty).max(1e-3);
     let parameters = Scattering {
         low,
         high,
@@ -110,19 +115,22 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         roulette_start: ROULETTE_START,
         max_order,
         paths: settings.paths.unwrap_or(DEFAULT_PATHS),
-        pad_0: 0,
+        mean_sigma: (occupied_sigma * largest) as f32,
     };
     let spec = ProgramSpec::new("render/scattering.cl")
         .define(phase_define(scene.phase), "1")
         .feature("TF_2D", two_d)
         .feature("CONSTANT_SIGMA", constant_sigma)
         .feature("CLOSED_FORM", closed_form)
+        .feature("TRANSMITTANCE_RESIDUAL", estimated(Transmittance::ResidualRatio))
+        .feature("TRANSMITTANCE_MARCHING", estimated(Transmittance::RayMarching))
         .feature("SIGMA_RAMP", ramp.is_some())
         .feature("CONSTANT_ALBEDO", constant_albedo.is_some())
         .feature("CHROMATIC", chromatic.is_some())
         .feature("EMISSION", emission.is_some())
         .feature("GREY", grey)
         .feature("SAMPLE_LIGHTS", lights.sampled())
+        .feature("EQUIANGULAR", near_points(input))
         .feature("RECTANGLES", lights.has_rectangles())
         .feature("AUXILIARY", scene.film.auxiliary);
     let sigmas: Vec<f32> = table.sigmas().into_iter().map(|sigma| sigma * largest as f32).collect();
@@ -186,6 +194,19 @@ const SPLIT: f32 = 2.0;
 /// Paths end at random from this throughput on.
 const ROULETTE_START: f32 = 0.3;
 
+/// Whether a point light lies in the volume's box or nearer to it than its diagonal.
+fn near_points(input: &MethodInput<'_>) -> bool {
+    let size = input.local.size();
+    let near = |light: &Light| match light {
+        Light::Point { position, intensity } if intensity.iter().any(|&i| i > 0.0) => {
+            let point = input.local.point(*position);
+            point.distance(point.clamp(DVec3::ZERO, size)) < size.length()
+        }
+        _ => false,
+    };
+    input.scene.lights.iter().any(near)
+}
+
 fn phase_parameters(phase: Phase) -> [f32; 4] {
     match phase {
         Phase::Isotropic | Phase::Rayleigh => [0.0; 4],
@@ -208,9 +229,10 @@ fn thresholds(transmittance: Transmittance, single: bool, closed_form: bool) -> 
     let flight = |threshold: f32| if single { threshold } else { 1.0 };
     match transmittance {
         Transmittance::Analog => [1.0; 3],
-        Transmittance::Auto if closed_form => [0.0, 0.0, flight(0.0)],
-        Transmittance::Auto => [SWITCH, SWITCH, flight(SWITCH)],
-        _ => [0.0, 0.0, flight(0.0)],
+        Transmittance::Ratio => [0.0, 0.0, flight(0.0)],
+        _ if closed_form => [0.0, 0.0, flight(0.0)],
+        // The others' estimates are made apart from the collisions.
+        _ => [SWITCH, SWITCH, flight(SWITCH)],
     }
 }
 
