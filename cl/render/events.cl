@@ -246,7 +246,7 @@ INLINE Ints take_turns(struct PathLanes *path, struct FlightLanes *f, struct Ray
     for (int c = 0; c < CHANNELS; ++c) {
         path->throughput[c] = PICK(path->throughput[c], share * path->throughput[c], flying);
     }
-    flying = flying | (other & (path->ray == FLIGHT) & (path->flights > 0));
+    flying = flying | (other & NOT(scattered) & (path->ray == FLIGHT) & (path->flights > 0));
     if (ANY(flying)) {
         // Several flights from one collision are spread evenly, from a random start.
         path->flights -= PICK((Ints)(0), (Ints)(1), flying);
