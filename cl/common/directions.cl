@@ -3,18 +3,19 @@
 
 // (cos, sin) of 2 pi u for u in [0, 1), absolute error < 1e-7, without branches.
 //
-// With v = u - 1/2 both are sines of at most a quarter turn, x turns: x = |v| - 1/4 for the cosine, 1/4 - ||v| - 1/4| with
-// the sign of -v for the sine. The reductions are exact; the minimax polynomial's relative error is 5.3e-9.
-INLINE Reals sine_of_turns(Reals x) {
-    Reals y = x * x;
-    return x * (6.28318527f + y * (-41.3416775f + y * (81.6022312f + y * (-76.5749922f + y * 39.7109180f))));
-}
-
+// u is reduced, exactly, to the nearest quarter turn and r in [-1/2, 1/2] quarter turns from it; the minimax polynomials
+// err by less than 3e-9.
 INLINE void unit_circle(Reals u, Reals *cosine, Reals *sine) {
-    Reals v = u - 0.5f;
-    Reals c = fabs(v) - 0.25f;
-    *cosine = sine_of_turns(c);
-    *sine = sine_of_turns(copysign(0.25f - fabs(c), -v));
+    Ints quarter = TO_INTS(4.0f * u + 0.5f);
+    Reals r = 4.0f * u - TO_REALS(quarter);
+    Reals z = r * r;
+    Reals s = r + r * (0.57079632f + z * (-0.64596346f + z * (0.0796800328f - z * 0.00460165789f)));
+    Reals c = 1.0f + z * (-1.23370054f + z * (0.253669275f + z * (-0.0208604868f + z * 0.000904410716f)));
+    Ints odd = (quarter & 1) != 0;
+    // Quarters 1 and 2 have a negative cosine, 2 and 3 a negative sine.
+    Words negative = (Words)(0x80000000u);
+    *cosine = AS_REALS(AS_WORDS(PICK(c, s, odd)) ^ (AS_WORDS((quarter + 1) << 30) & negative));
+    *sine = AS_REALS(AS_WORDS(PICK(s, c, odd)) ^ (AS_WORDS(quarter << 30) & negative));
 }
 
 // Uniform on the sphere.

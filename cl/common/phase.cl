@@ -76,11 +76,14 @@ INLINE struct Points phase_sample(struct Phase p, struct Points direction, Reals
     return uniform_directions(u, v);
 #else
 #if defined(PHASE_RAYLEIGH)
-    // mu^3 + 3 mu = 2 h: Cardano's c - 1/c with c^3 = h + sqrt(h^2 + 1), written without its difference.
+    // mu^3 + 3 mu = 2 h = 8 u - 4: a minimax polynomial, right to 2.8e-3, and one step of Halley's method, which leaves
+    // 1e-8. The cube roots of Cardano's formula take several times as long.
     Reals h = 4.0f * u - 2.0f;
-    Reals c = cbrt(fabs(h) + sqrt(h * h + 1.0f));
-    Reals s = c * c;
-    Reals mu = 2.0f * h * s / (s * (s + 1.0f) + 1.0f);
+    Reals z = h * h;
+    Reals mu = h * (0.654841706f + z * (-0.0623711604f + z * 0.00600199587f));
+    Reals q = mu * mu + 1.0f;
+    Reals miss = mu * (q + 2.0f) - 2.0f * h;
+    mu -= miss * q / (3.0f * q * q - mu * miss);
     mu = clamp(mu, -1.0f, 1.0f);
     struct Cosines cosine = cosines(1.0f - mu, 1.0f + mu);
 #elif defined(PHASE_TWO_LOBE)

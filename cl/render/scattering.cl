@@ -8,9 +8,10 @@
 // Random numbers count from (pixel, sample, path), lights are summed per pixel in a fixed order: the same bits
 // whatever the launch sizes.
 //
-// With a constant background and no limit but Russian roulette (CONTROL), light is counted from that background: a
-// path starts with it and every collision takes away what it absorbs, (1 - albedo) of it. Escaping rays then bring
-// nothing, a furnace has no noise, and paths may stop early where little more can change.
+// Light is counted from a constant radiance, the background's mean: a path starts with it, every collision takes away
+// what it absorbs of it, (1 - albedo), and an escaping ray brings what the background differs by. The transport equation
+// is linear, so the mean is the same, but a constant background takes no noise at all: a furnace is white in every
+// sample, and paths may end early where little more can change.
 #include "film/accumulate.cl"
 #include "render/events.cl"
 #include "render/frame.cl"
@@ -120,19 +121,16 @@ __kernel void render_scattering(__constant struct Frame *frame, __constant struc
 #endif
         uint next = 0;
         for (;;) {
-            int arrived = count_lanes(flight.state == ARRIVED);
-            int resting = count_lanes(flight.state == RESTING);
 #ifndef CLOSED_FORM
-            int tentative = count_lanes(flight.state == TENTATIVE);
-            int travelling = WIDTH - arrived - resting - tentative;
-            if (travelling > 0) {
-                travel(&flight, &ray, &m);
-                arrived = count_lanes(flight.state == ARRIVED);
-                tentative = count_lanes(flight.state == TENTATIVE);
-                travelling = WIDTH - arrived - resting - tentative;
-            }
+            travel(&flight, &ray, &m);
+#endif
+            int states = sum_ints(flight.state);
+            int arrived = STATE_COUNT(states, ARRIVED);
+#ifndef CLOSED_FORM
+            int tentative = STATE_COUNT(states, TENTATIVE);
+            int travelling = WIDTH - arrived - tentative - STATE_COUNT(states, RESTING);
             if (tentative > 0 && (tentative >= WAIT_TENTATIVE || travelling == 0)) {
-                look_up(&path, &flight, &ray, &m, &tally, sample);
+                look_up(&path, &flight, &ray, &m, &tally);
                 continue;
             }
             if (travelling + tentative > 0 && arrived < max(WAIT_ARRIVED, 1)) {

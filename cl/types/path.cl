@@ -2,6 +2,7 @@
 struct Scattering {
     float4 low;              // low corner of what can hold extinction, grid coordinates
     float4 high;             // high corner
+    float4 control;          // radiance that light is counted from
     float4 albedo;           // constant single-scattering albedo (CONSTANT_ALBEDO)
     float4 phase;            // mean cosines of the lobes, share of the first one
     float4 extinction;       // extinction per channel relative to sigma_t (CHROMATIC), largest 1
@@ -16,7 +17,7 @@ struct Scattering {
     float roulette_start;    // throughput below which paths play Russian roulette
     int max_order;           // largest number of scatterings, 2^31 - 1 for no limit
     uint paths;              // paths per sample and pixel
-    uint pad_0;
+    float mean_sigma;        // mean extinction of the box per local unit, roughly
 };
 
 // What the paths of a tile did, summed over its pixels and samples. Energies are weights of paths that start with 1,

@@ -60,6 +60,21 @@ impl Environment {
         Ok(Self { width, height, rgb, notes })
     }
 
+    /// The mean radiance over the sphere per channel, texels weighted by their solid angle.
+    pub fn mean_radiance(&self) -> [f64; 3] {
+        let edge = |y: usize| (PI * y as f64 / self.height as f64).cos();
+        let mut sum = [0.0; 3];
+        for (row, texels) in self.rgb.chunks(self.width).enumerate() {
+            let weight = (edge(row) - edge(row + 1)) / (2.0 * self.width as f64);
+            for texel in texels {
+                for (sum, value) in sum.iter_mut().zip(texel) {
+                    *sum += weight * f64::from(*value);
+                }
+            }
+        }
+        sum
+    }
+
     /// The map at a smaller size, averaged exactly with the solid angle as weight, so that the
     /// integral of radiance over the sphere stays the same.
     ///

@@ -12,6 +12,8 @@
 //! - [`mip`], [`isosurface`]: the largest value, the first surface and its shading
 //! - [`phase`]: phase functions
 //! - [`lights`]: direct light at a point, and the environment map
+//! - [`scattering`]: plain Monte Carlo for any scene, and single scattering in a homogeneous box by quadrature
+//! - [`slab`], [`half_space`]: layers, half spaces and infinite media that scatter, by transport theory
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
 
@@ -20,6 +22,7 @@ pub mod cubic;
 pub mod emission_absorption;
 pub mod field;
 pub mod film;
+pub mod half_space;
 pub mod isosurface;
 pub mod lights;
 pub mod medium;
@@ -27,4 +30,6 @@ pub mod mip;
 pub mod phase;
 pub mod quadrature;
 pub mod random;
+pub mod scattering;
+pub mod slab;
 pub mod sobol;

@@ -2,7 +2,8 @@
 //!
 //! In: ranges of the data ([`BrickRanges`], [`Grid::brick_gradients`]) and the transfer function. Out: per brick an
 //! upper bound (majorant) and a lower bound (minorant) of sigma_t, per local unit, over every value that kernels
-//! compute by `cl/volume/transfer.cl` in the closed cube of the brick. Another transfer function needs other bounds,
+//! compute by `cl/volume/transfer.cl` in the closed cube of the brick: a point that rounding put beyond the brick must
+//! be moved back to its planes, where only the brick's voxels have weight. Another transfer function needs other bounds,
 //! not other ranges.
 
 use super::bricks::{rounded_down, rounded_up};
@@ -15,9 +16,9 @@ use rayon::prelude::*;
 /// Most bricks that one step reaches over.
 const MOST_REACH: u8 = 127;
 
-/// Relative error of what a kernel computes from the table: 2 · 2^-24 for the product and sum of each interpolation
-/// between entries no larger than the bound, 3 · 2^-24 for a [`MediumTable::linear_ramp`], and a factor per channel;
-/// 16 · 2^-24 leaves room.
+/// Relative error of what a kernel computes from entries no larger than the bound: 3 · 2^-24 for the difference,
+/// product and sum of an interpolation, of which two are nested in a 2-D table, or of a [`MediumTable::linear_ramp`]
+/// with its slope; one more for a factor per channel. 16 · 2^-24 leaves room.
 const RELATIVE: f64 = 16.0 * (f32::EPSILON as f64 / 2.0);
 
 /// Relative error of a kernel's row of the table, given the gradient's components: a dot product (3 · 2^-24), a
@@ -138,8 +139,9 @@ fn rows(grid: &Grid<'_>, table: &MediumTable, [least, largest]: [f32; 2]) -> [f6
     [f64::from(least) * scale * (1.0 - ROW), f64::from(largest) * scale * (1.0 + ROW)]
 }
 
-/// Exact bounds widened by what float32 may add to them. `read`: the largest entry that takes part; where a rectangle
-/// ends between entries, products of it are rounded that can be far larger than the bound.
+/// Exact bounds widened by what float32 may add to them. `read`: the largest entry that takes part. Where a rectangle
+/// ends between entries it can be far larger than the bound, and differences and products of that size are rounded:
+/// 2 · 2^-24 for each of two nested interpolations. Where nothing but zeros has weight, the kernels' result is 0.
 fn widened([least, largest]: [f64; 2], read: f64) -> [f32; 2] {
     let error = 4.0 * (f32::EPSILON as f64 / 2.0) * read;
     let majorant = rounded_up((largest + error) * (1.0 + RELATIVE)).max(f32::MIN_POSITIVE);

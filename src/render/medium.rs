@@ -277,7 +277,7 @@ mod tests {
         assert!((slope - 10.0 / 1020.0).abs() < 1e-17, "{slope}");
         let flat = "points = [{ value = 0.5, opacity = 0.3 }]";
         assert_eq!(table(flat).linear_ramp(), Some((3.0, 0.0)));
-        let shifted = "points = [{ value = -1, opacity = 0 }, { value = 1, opacity = 1 }]\nresolution = 11";
+        let shifted = "domain = \"data\"\npoints = [{ value = -1, opacity = 0 }, { value = 1, opacity = 1 }]\nresolution = 11";
         let (offset, slope) = table(shifted).linear_ramp().unwrap();
         assert!((offset - 5.0).abs() < 1e-14 && (slope - 0.5).abs() < 1e-14);
     }

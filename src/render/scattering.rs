@@ -5,9 +5,10 @@ use super::majorants::Majorants;
 use super::medium::MediumTable;
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::device::ProgramSpec;
-use crate::scene::{Background, Orders, Phase, Scattering as Settings, Transfer, Transmittance};
+use crate::scene::{Background, Light, Orders, Phase, Scattering as Settings, Transfer, Transmittance};
 use crate::transfer::{TransferFunction1d, TransferFunction2d};
 use crate::{Result, device_struct};
+use glam::DVec3;
 
 device_struct! {
     "types/path.cl",
@@ -17,6 +18,8 @@ device_struct! {
         pub low: [f32; 4],
         /// Its high corner.
         pub high: [f32; 4],
+        /// Radiance that light is counted from.
+        pub control: [f32; 4],
         /// Constant single-scattering albedo.
         pub albedo: [f32; 4],
         /// Mean cosines of the phase function's lobes and the share of the first.
@@ -45,8 +48,8 @@ device_struct! {
         pub max_order: i32,
         /// Paths per sample and pixel.
         pub paths: u32,
-        /// Padding.
-        pub pad_0: u32,
+        /// Mean extinction of the box per local unit, roughly.
+        pub mean_sigma: f32,
     }
 }
 
@@ -74,26 +77,30 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let largest = chromatic.map_or(1.0, |color| color.into_iter().fold(0.0, f64::max));
     let extinction = chromatic.unwrap_or([1.0; 3]).map(|e| e / largest);
     let emission = emission(&scene.transfer, input.window)?;
-    let constant_sigma = majorants.constant.is_some();
-    let closed_form =
-        constant_sigma && settings.transmittance == Transmittance::Auto && settings.majorant_scale == 1.0;
+    let constant_albedo = majorants.constant_color.or((majorants.largest == 0.0).then_some([0.0; 3]));
+    // Where only the extinction is the same everywhere, collisions still look colours up by their values.
+    let constant_sigma = majorants.constant.is_some() && constant_albedo.is_some() && emission.is_none();
+    let estimates = matches!(settings.transmittance, Transmittance::ResidualRatio | Transmittance::RayMarching);
+    // Estimates that know the bounds of a constant medium know all.
+    let auto = settings.transmittance == Transmittance::Auto && settings.majorant_scale == 1.0;
+    let closed_form = constant_sigma && (auto || estimates);
+    let estimated = |by: Transmittance| settings.transmittance == by && !constant_sigma;
     let (max_order, single) = match settings.orders {
         Orders::Single => (1, true),
         Orders::Multiple { max } => {
             (max.map_or(i32::MAX, |max| i32::try_from(max).unwrap_or(i32::MAX)), false)
         }
     };
-    let constant_background = matches!(scene.background, Background::Constant(_));
-    let control = constant_background && !single;
-    let constant_albedo = majorants.constant_color.or((majorants.largest == 0.0).then_some([0.0; 3]));
     let ramp = (!two_d && !constant_sigma).then(|| table.linear_ramp()).flatten();
     let grey = is_grey(input, &table, emission.as_deref(), chromatic);
     let thresholds = thresholds(settings.transmittance, single, closed_form);
     let [low, high] = occupied(input, &majorants);
     let float4 = |[x, y, z]: [f64; 3], w: f64| [x, y, z, w].map(|v| v as f32);
+    let occupied_sigma = majorants.statistics.sigma / (1.0 - majorants.statistics.empty).max(1e-3);
     let parameters = Scattering {
         low,
         high,
+        control: control(input, &lights),
         albedo: float4(std::array::from_fn(|c| albedo[c] * constant_albedo.unwrap_or([1.0; 3])[c]), 0.0),
         phase: phase_parameters(scene.phase),
         extinction: float4(extinction, 0.0),
@@ -101,27 +108,29 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         camera_threshold: thresholds[0],
         shadow_threshold: thresholds[1],
         flight_threshold: thresholds[2],
-        split: 1.0,
+        split: SPLIT,
         sigma: (majorants.constant.unwrap_or(0.0) * largest) as f32,
         ramp_offset: (ramp.map_or(0.0, |(offset, _)| offset) * largest) as f32,
         ramp_slope: (ramp.map_or(0.0, |(_, slope)| slope) * largest) as f32,
-        roulette_start: 0.3,
+        roulette_start: ROULETTE_START,
         max_order,
         paths: settings.paths.unwrap_or(DEFAULT_PATHS),
-        pad_0: 0,
+        mean_sigma: (occupied_sigma * largest) as f32,
     };
     let spec = ProgramSpec::new("render/scattering.cl")
         .define(phase_define(scene.phase), "1")
         .feature("TF_2D", two_d)
         .feature("CONSTANT_SIGMA", constant_sigma)
         .feature("CLOSED_FORM", closed_form)
+        .feature("TRANSMITTANCE_RESIDUAL", estimated(Transmittance::ResidualRatio))
+        .feature("TRANSMITTANCE_MARCHING", estimated(Transmittance::RayMarching))
         .feature("SIGMA_RAMP", ramp.is_some())
         .feature("CONSTANT_ALBEDO", constant_albedo.is_some())
         .feature("CHROMATIC", chromatic.is_some())
         .feature("EMISSION", emission.is_some())
         .feature("GREY", grey)
-        .feature("CONTROL", control)
         .feature("SAMPLE_LIGHTS", lights.sampled())
+        .feature("EQUIANGULAR", near_points(input))
         .feature("RECTANGLES", lights.has_rectangles())
         .feature("AUXILIARY", scene.film.auxiliary);
     let sigmas: Vec<f32> = table.sigmas().into_iter().map(|sigma| sigma * largest as f32).collect();
@@ -175,8 +184,28 @@ fn cost(majorants: &Majorants, settings: &Settings, closed_form: bool, unit: f64
     }
 }
 
-/// Paths per sample.
-const DEFAULT_PATHS: u32 = 4;
+/// Paths per sample: on the cloud, 8 stratified paths have 7 % less noise than two times 4, and more gain little.
+const DEFAULT_PATHS: u32 = 8;
+
+/// Camera rays that lose a part of their light scatter with this times that probability: thin parts are cheap then, and
+/// on the cloud more brings no less noise.
+const SPLIT: f32 = 2.0;
+
+/// Paths end at random from this throughput on.
+const ROULETTE_START: f32 = 0.3;
+
+/// Whether a point light lies in the volume's box or nearer to it than its diagonal.
+fn near_points(input: &MethodInput<'_>) -> bool {
+    let size = input.local.size();
+    let near = |light: &Light| match light {
+        Light::Point { position, intensity } if intensity.iter().any(|&i| i > 0.0) => {
+            let point = input.local.point(*position);
+            point.distance(point.clamp(DVec3::ZERO, size)) < size.length()
+        }
+        _ => false,
+    };
+    input.scene.lights.iter().any(near)
+}
 
 fn phase_parameters(phase: Phase) -> [f32; 4] {
     match phase {
@@ -200,10 +229,24 @@ fn thresholds(transmittance: Transmittance, single: bool, closed_form: bool) -> 
     let flight = |threshold: f32| if single { threshold } else { 1.0 };
     match transmittance {
         Transmittance::Analog => [1.0; 3],
-        Transmittance::Auto if closed_form => [0.0, 0.0, flight(0.0)],
-        Transmittance::Auto => [SWITCH, SWITCH, flight(SWITCH)],
-        _ => [0.0, 0.0, flight(0.0)],
+        Transmittance::Ratio => [0.0, 0.0, flight(0.0)],
+        _ if closed_form => [0.0, 0.0, flight(0.0)],
+        // The others' estimates are made apart from the collisions.
+        _ => [SWITCH, SWITCH, flight(SWITCH)],
     }
+}
+
+/// The radiance that light is counted from: what the medium is bathed in on average. A sampled map is not: its samples
+/// follow its brightness, and a difference does not.
+fn control(input: &MethodInput<'_>, lights: &Lights) -> [f32; 4] {
+    let [r, g, b] = match (&input.scene.background, input.environment) {
+        (Background::Constant(color), _) => *color,
+        (Background::Environment { intensity, .. }, Some(map)) if lights.environment_pick == 0.0 => {
+            map.mean_radiance().map(|mean| intensity * mean)
+        }
+        _ => [0.0; 3],
+    };
+    [r as f32, g as f32, b as f32, 0.0]
 }
 
 /// The box of what can hold extinction, in grid coordinates; empty without any.

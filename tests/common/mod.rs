@@ -3,6 +3,8 @@
 //! Each test file uses a part of this.
 #![allow(dead_code)]
 
+pub mod scattering;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use std::path::Path;
