@@ -173,7 +173,7 @@ fn the_density_of_a_rectangle_integrates_to_one() {
     const COUNT: u32 = 1 << 18;
     let rectangle = every_light()[2];
     let lit = Lit::new(vec![rectangle], None);
-    let body = "found.distance = rectangle_distance(lights, a, b);\n\
+    let body = "found.distance = rectangle_distance(lights, a, b, 0.0f);\n\
         found.pdf = isinf(found.distance) ? 0.0f : rectangle_pdf(lights, b, found.distance);";
     for point in points(&lit.local, 4, 10) {
         let pairs: Vec<_> = directions(COUNT, 11)

@@ -10,7 +10,9 @@ use svetlo::render::variants::{FAMILIES, is_listed};
 fn variants_build_with_every_pair_of_features() {
     let device = common::device();
     for family in &FAMILIES {
-        for spec in family.covering_variants() {
+        let specs = family.covering_variants();
+        println!("{}: {} builds", family.entry, specs.len());
+        for spec in specs {
             let program = Program::build(&device, &spec).unwrap();
             program.kernel(&device, family.kernel).unwrap();
         }
@@ -50,6 +52,71 @@ fn the_programs_of_scenes_stand_in_the_table() {
         }
     }
     assert!(!is_listed(&ProgramSpec::new("render/mip.cl").define("VOXEL", "double")));
+}
+
+/// The programs of scattering scenes, as a CPU with vectors and as any other device builds them.
+#[test]
+fn the_programs_of_scattering_scenes_stand_in_the_table() {
+    let methods = [
+        "kind = \"single-scattering\"",
+        "kind = \"multiple-scattering\"\nmax_order = 3",
+        "kind = \"multiple-scattering\"\ntransmittance = \"analog\"\nmajorant_scale = 2",
+    ];
+    let ramp = "points = [{ value = 0, opacity = 0 }, { value = 1, opacity = 1 }]";
+    let flat = "points = [{ value = 0, opacity = 1, color = [0.9, 0.5, 0.1] }]";
+    let glow = "points = [{ value = 0, opacity = 0 }, { value = 0.5, opacity = 0.2, color = 0.5, emission = 1 }, \
+                { value = 1, opacity = 1 }]";
+    let shapes = "kind = \"2d\"\nshapes = [{ shape = \"ellipse\", centre = [0.5, 0.5], size = [1, 1] }]";
+    let phases = [
+        "",
+        "[phase]\nkind = \"henyey-greenstein\"\ng = 0.5\n",
+        "[phase]\nkind = \"rayleigh\"\n",
+        "[phase]\nkind = \"two-lobe\"\ng = [0.5, -0.2]\nweight = 0.5\n",
+    ];
+    let lights = [
+        "",
+        "[[light]]\nkind = \"point\"\nposition = [0, 5, 0]\nintensity = 3\n",
+        "[[light]]\nkind = \"rectangle\"\ncentre = [0, 5, 0]\nedge_u = [1, 0, 0]\nedge_v = [0, 0, 1]\n\
+         radiance = [1, 2, 3]\n[film]\nauxiliary = true\n",
+    ];
+    let backgrounds = [
+        "[background]\ncolor = 1\n",
+        "[background]\ncolor = [1, 0.5, 0]\n",
+        "[background]\nenvironment = \"configs/data/studio_512x256.exr\"\nsampling = \"importance\"\n",
+    ];
+    let media = ["", "extinction_color = [1, 0.5, 0.2]\n"];
+    let mut seen = std::collections::BTreeSet::new();
+    for (i, method) in methods.iter().enumerate() {
+        for transfer in [ramp, flat, glow, shapes] {
+            for (j, background) in backgrounds.iter().enumerate() {
+                for (k, medium) in media.iter().enumerate() {
+                    let (phase, light) = (phases[(i + j + k) % 4], lights[(i + 2 * j + k) % 3]);
+                    let case = common::Case::new(
+                        &format!(
+                            "[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\n[volume]\n{phase}{light}\
+                             {background}[transfer]\n{transfer}\n[medium]\nsigma_max = 1\n{medium}\
+                             [method]\n{method}\n"
+                        ),
+                        common::noisy([2, 2, 2], 1),
+                    );
+                    let spec = case.plan().spec;
+                    for spec in
+                        [spec.clone().define("WIDTH", 1), spec.define("WIDTH", 8).define("PIXELS", 64)]
+                    {
+                        assert!(is_listed(&spec), "cl/{} {}", spec.entry, spec.options());
+                        seen.extend(spec.defines);
+                    }
+                }
+            }
+        }
+    }
+    // The scenes reach every feature of the kernel but those of the camera.
+    let wanted = FAMILIES[3].covering_variants().into_iter().flat_map(|spec| spec.defines);
+    let missing: Vec<_> = wanted
+        .filter(|(name, _)| !["WIDTH", "VOXEL", "THIN_LENS"].contains(name))
+        .filter(|define| !seen.contains(define))
+        .collect();
+    assert!(missing.is_empty(), "{missing:?}");
 }
 
 #[test]

@@ -6,14 +6,18 @@ use common::{Case, device, smooth};
 use std::time::Duration;
 use svetlo::film::FilmPixel;
 use svetlo::picture::write_exr;
-use svetlo::render::{Saved, Session, Snapshot, data_hash};
+use svetlo::render::{PathLedger, Saved, Session, Snapshot, data_hash};
 
 const JITTER: &str = "kind = \"emission-absorption\"\nquadrature = \"step\"\nstep = 0.7\njitter = true\n";
-const METHODS: [(&str, &str); 4] = [
+/// Coloured, cut, with shadow rays: everything that a path counts.
+const SCATTERING: &str = "kind = \"multiple-scattering\"\nmax_order = 3\n[film]\nauxiliary = true\n\
+    [[light]]\nkind = \"directional\"\ndirection = [1, 2, 3]\nirradiance = [3, 2, 1]\n";
+const METHODS: [(&str, &str); 5] = [
     ("kind = \"emission-absorption\"\n", ""),
     (JITTER, ""),
     ("kind = \"mip\"\n", "aperture = 2\nfocus = 20\n"),
     ("kind = \"isosurface\"\nvalue = 0.5\n", ""),
+    (SCATTERING, ""),
 ];
 
 /// 27×19 pixels are 4×3 tiles, cut at two edges.
@@ -29,6 +33,20 @@ fn case(method: &str, lens: &str) -> Case {
 
 fn bits(film: &[FilmPixel]) -> &[u32] {
     bytemuck::cast_slice(film)
+}
+
+fn auxiliary_bits(session: &Session) -> Option<Vec<u32>> {
+    session.auxiliary().unwrap().map(|pixels| bytemuck::cast_slice(&pixels).to_vec())
+}
+
+/// Counts are equal; weights to the rounding of each sample's sum to float32 when it is added.
+fn assert_same_ledger(a: Option<PathLedger>, b: Option<PathLedger>) {
+    let (Some(a), Some(b)) = (a, b) else { return assert_eq!(a, b) };
+    let counts = |l: &PathLedger| [l.paths, l.lookups, l.collisions, l.above_majorant, l.unfinished];
+    assert_eq!(counts(&a), counts(&b));
+    for (x, y) in [(a.escaped, b.escaped), (a.absorbed, b.absorbed), (a.cut, b.cut), (a.gained, b.gained)] {
+        assert!((x - y).abs() <= f64::from(f32::EPSILON) * a.paths as f64, "{a:?} {b:?}");
+    }
 }
 
 /// Writes the session's film to a file and continues it in another session.
@@ -49,6 +67,8 @@ fn through_a_file(case: &Case, session: &Session) -> Session {
     assert_eq!(bits(&film.pixels), bits(&session.film().unwrap()));
     let mut next = Session::new(device(), &plan).unwrap();
     next.restore(&film).unwrap();
+    assert_eq!(auxiliary_bits(&next), auxiliary_bits(session));
+    assert_same_ledger(next.ledger().unwrap(), session.ledger().unwrap());
     next
 }
 
@@ -56,7 +76,11 @@ fn through_a_file(case: &Case, session: &Session) -> Session {
 fn wherever_it_stopped_and_however_launches_are_cut_the_film_is_the_same() {
     for (method, lens) in METHODS {
         let case = case(method, lens);
-        let whole = case.film_of(4);
+        let mut uncut = case.session();
+        uncut.render(4).unwrap();
+        let whole = uncut.film().unwrap();
+        assert_eq!(uncut.ledger().unwrap().is_some(), method == SCATTERING);
+        assert_eq!(uncut.auxiliary().unwrap().is_some(), method == SCATTERING);
         // Launches of 5 tiles end within samples, of 12 between them, of 30 after two.
         for (before, steps, after) in
             [(5, 4, 1000), (5, 1, 7), (12, 2, 5), (30, 1, 1), (1, 3 * TILES + 11, 1)]
@@ -72,6 +96,8 @@ fn wherever_it_stopped_and_however_launches_are_cut_the_film_is_the_same() {
             next.limit_launches(after);
             next.render(4).unwrap();
             assert_eq!(bits(&next.film().unwrap()), bits(&whole), "{stopped:?}\n{method}");
+            assert_eq!(auxiliary_bits(&next), auxiliary_bits(&uncut), "{stopped:?}");
+            assert_same_ledger(next.ledger().unwrap(), uncut.ledger().unwrap());
         }
     }
 }

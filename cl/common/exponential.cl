@@ -18,3 +18,9 @@ INLINE Reals exponential_lanes(Words bits) {
     Reals rest = (-0.16551856f + 0.148831931f * f) + f2 * (-0.144263868f + 0.0898034604f * f);
     return k * M_LN2_F - (f + f2 * (low + f2 * f2 * rest));
 }
+
+// The same number for a single path, by the library's logarithms.
+INLINE float exponential_float(uint bits) {
+    uint rest = ~bits; // 1 - w, in units of 2^-32
+    return rest < 0x80000000u ? -log1p((float)rest * -0x1p-32f) : -log((float)(bits + 1u) * 0x1p-32f);
+}

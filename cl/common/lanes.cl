@@ -67,14 +67,18 @@ INLINE IntLanes int_lanes(Ints all) {
     return lanes;
 }
 
+INLINE int sum_ints(Ints x) {
+    IntLanes lanes = int_lanes(x);
+    int sum = 0;
+    for (int i = 0; i < WIDTH; ++i) {
+        sum += lanes.lane[i];
+    }
+    return sum;
+}
+
 // How many lanes a mask holds.
 INLINE int count_lanes(Ints mask) {
-    IntLanes ones = int_lanes(mask & 1);
-    int count = 0;
-    for (int i = 0; i < WIDTH; ++i) {
-        count += ones.lane[i];
-    }
-    return count;
+    return sum_ints(mask & 1);
 }
 
 INLINE float sum_lanes(Reals x) {

@@ -12,17 +12,16 @@ INLINE float balance(float pdf, float other) {
     return pdf > 0.0f ? pdf / (pdf + other) : 1.0f;
 }
 
-// Distance along a ray to the front of a rectangle, or INFINITY.
-INLINE float rectangle_distance(__global const struct Light *light, float4 origin, float4 direction) {
+// Distance along a ray, later than `t_min` (which may be negative), to the front of a rectangle, or INFINITY.
+INLINE float rectangle_distance(__global const struct Light *light, float4 origin, float4 direction, float t_min) {
     float4 normal = light->normal;
     float4 to = light->position - origin;
     to.w = 0.0f;
-    float height = -dot(normal, to);
     float approach = -dot(normal, direction);
-    if (!(height > 0.0f && approach > 0.0f)) {
+    float t = -dot(normal, to) / approach;
+    if (!(approach > 0.0f && t > t_min)) {
         return INFINITY;
     }
-    float t = height / approach;
     float4 hit = t * direction - to;
     float4 edge_u = light->edge_u;
     float4 edge_v = light->edge_v;
@@ -40,18 +39,10 @@ INLINE float rectangle_pdf(__global const struct Light *light, float4 direction,
     return min(light->power.w * distance * distance / (light->edge_v.w * cosine), PDF_MAX);
 }
 
-// Radiance of all rectangles that a ray meets before `t_max`, each weighted against light_sample given the density
-// `phase_pdf` of the ray's direction (< 0: a camera ray, not weighted).
-INLINE float4 rectangle_hits(__constant struct Frame *frame, __global const struct Light *lights, float4 origin,
-    float4 direction, float t_max, float phase_pdf) {
-    float4 radiance = (float4)(0.0f);
-    for (uint i = 0; i < frame->rectangle_count; ++i) {
-        float distance = rectangle_distance(lights + i, origin, direction);
-        if (distance < t_max) {
-            float4 power = lights[i].power;
-            power.w = 0.0f;
-            radiance += balance(phase_pdf, rectangle_pdf(lights + i, direction, distance)) * power;
-        }
-    }
-    return radiance;
+// Radiance of a rectangle that a ray meets at `distance`, weighted against light_sample given the density `phase_pdf`
+// of the ray's direction (< 0: a camera ray, not weighted).
+INLINE float4 rectangle_radiance(__global const struct Light *light, float4 direction, float distance, float phase_pdf) {
+    float4 power = light->power;
+    power.w = 0.0f;
+    return balance(phase_pdf, rectangle_pdf(light, direction, distance)) * power;
 }

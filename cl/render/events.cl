@@ -1,6 +1,9 @@
 // What happens to paths where their rays end, and where new ones begin.
-#include "render/paths.cl"
+#include "render/auxiliary.cl"
 #include "render/camera_lanes.cl"
+#include "render/colors.cl"
+#include "render/equiangular.cl"
+#include "render/seen.cl"
 
 INLINE Reals mean_channels(const Reals x[CHANNELS]) {
     Reals sum = x[0];
@@ -30,10 +33,13 @@ INLINE void add_up(float4 *sums, const struct PathLanes *path, Ints ended) {
 #ifndef CLOSED_FORM
 // Looks the medium up where lanes wait at tentative collisions.
 INLINE void look_up(struct PathLanes *path, struct FlightLanes *f, const struct RayLanes *ray,
-    const struct MediumTables *m, struct Tally *tally, uint sample) {
+    const struct MediumTables *m, struct Tally *tally) {
     Ints waiting = f->state == TENTATIVE;
-    Words words[4];
-    path_block(path, m, sample, waiting, words);
+    Words words[2];
+    words[0] = path->lookups;
+    words[1] = path->stream[1];
+    philox2_lanes(words, path->stream[0]);
+    path->lookups += PICK((Words)(0u), (Words)(1u), waiting);
     Ints above, collided;
     collide(f, ray, m, waiting, words, &above, &collided);
     tally->lookups += (uint)count_lanes(waiting);
@@ -44,52 +50,22 @@ INLINE void look_up(struct PathLanes *path, struct FlightLanes *f, const struct 
 }
 #endif
 
-// The albedo and the emission at the lanes' collisions.
-INLINE void look_up_colors(const struct FlightLanes *f, const struct MediumTables *m, const struct Surroundings *s,
-    Ints mask, Reals albedo[CHANNELS], Reals emission[CHANNELS]) {
-    for (int c = 0; c < CHANNELS; ++c) {
-        albedo[c] = (Reals)(channel_of(m->method->albedo, c));
-        emission[c] = (Reals)(0.0f);
-    }
-#if !defined(CONSTANT_ALBEDO) || defined(EMISSION)
-    IntLanes wanted = int_lanes(mask);
-    RealLanes value = real_lanes(f->value);
-    RealLanes row = real_lanes(f->row);
-    RealLanes colors[CHANNELS], glows[CHANNELS];
-    for (int c = 0; c < CHANNELS; ++c) {
-        colors[c] = real_lanes(albedo[c]);
-        glows[c] = real_lanes(emission[c]);
-    }
-    for (int i = 0; i < WIDTH; ++i) {
-        if (!wanted.lane[i]) {
-            continue;
-        }
-        struct TablePlace place = table_place(m->frame, value.lane[i], row.lane[i]);
-#ifndef CONSTANT_ALBEDO
-        float4 color = table_color(m->frame, s->colors, place);
-        for (int c = 0; c < CHANNELS; ++c) {
-            colors[c].lane[i] = channel_of(color, c);
-        }
-#endif
-#ifdef EMISSION
-        float4 glow = table_color(m->frame, s->emissions, place);
-        for (int c = 0; c < CHANNELS; ++c) {
-            glows[c].lane[i] = channel_of(glow, c);
-        }
-#endif
-    }
-    for (int c = 0; c < CHANNELS; ++c) {
-        albedo[c] = colors[c].all;
-        emission[c] = glows[c].all;
-    }
-#endif
-}
-
 #ifdef SAMPLE_LIGHTS
 // Sends the lanes of `mask` on shadow rays from their vertices: towards a light, chosen and sampled by three numbers.
 INLINE void seek_lights(struct PathLanes *path, struct FlightLanes *f, struct RayLanes *ray,
-    const struct MediumTables *m, const struct Surroundings *s, const Words random[3], Words first, Ints mask) {
+    const struct MediumTables *m, const struct Surroundings *s, struct Tally *tally, uint sample, const Words random[3],
+    Words first, Ints mask) {
     IntLanes seeking = int_lanes(mask);
+#ifdef EQUIANGULAR
+    Reals enters = ray_start(path);
+    Reals leaves = (Reals)(INFINITY);
+    clip_rays(m->method, ray, &enters, &leaves);
+    RayTable came;
+    came.all = *ray;
+    RealLanes from_x = real_lanes(path->direction.x), from_y = real_lanes(path->direction.y);
+    RealLanes from_z = real_lanes(path->direction.z), collided = real_lanes(f->distance);
+    RealLanes entered = real_lanes(enters), left = real_lanes(leaves);
+#endif
     RealLanes x = real_lanes(path->vertex.x), y = real_lanes(path->vertex.y), z = real_lanes(path->vertex.z);
     RealLanes u = real_lanes(uniform_lanes(random[0]));
     RealLanes v = real_lanes(uniform_lanes(random[1])), w = real_lanes(uniform_lanes(random[2]));
@@ -104,6 +80,15 @@ INLINE void seek_lights(struct PathLanes *path, struct FlightLanes *f, struct Ra
         }
         struct LightSample light = light_sample(m->frame, s->lights, s->environment_sums, s->environment,
             grid_to_local(m->volume, x.lane[i], y.lane[i], z.lane[i]), (float4)(u.lane[i], v.lane[i], w.lane[i], 0.0f));
+#ifdef EQUIANGULAR
+        uint index = pick_light(s->lights, m->frame->light_count, u.lane[i]);
+        if (is_point_light(m, s, index)) {
+            struct Angles angles = angles_from(s->lights[index].position,
+                grid_to_local(m->volume, came.lane[0][i], came.lane[1][i], came.lane[2][i]),
+                (float4)(from_x.lane[i], from_y.lane[i], from_z.lane[i], 0.0f), entered.lane[i], left.lane[i]);
+            light.weight *= share_of_collisions(&angles, collided.lane[i], m->method->mean_sigma);
+        }
+#endif
         dx.lane[i] = light.direction.x;
         dy.lane[i] = light.direction.y;
         dz.lane[i] = light.direction.z;
@@ -121,19 +106,32 @@ INLINE void seek_lights(struct PathLanes *path, struct FlightLanes *f, struct Ra
         path->pending[c] = PICK(path->pending[c], path->throughput[c] * phase * balanced * weight[c].all, mask);
     }
     path->ray = PICK(path->ray, (Ints)(SHADOW_RAY), mask);
+#ifdef ESTIMATED
+    struct RayLanes shadow = ray_lanes(path->vertex, scaled_direction(m->volume, direction));
+    Reals from = (Reals)(0.0f);
+    clip_rays(m->method, &shadow, &from, &far.all);
+    Reals estimate[TRACKED];
+    estimate_lanes(path, &shadow, m, from, far.all, tally, sample, mask, estimate);
+    for (int c = 0; c < TRACKED; ++c) {
+        f->through[c] = PICK(f->through[c], estimate[c], mask);
+    }
+    f->state = PICK(f->state, (Ints)(ARRIVED), mask);
+#else
     f->threshold = PICK(f->threshold, (Reals)(m->method->shadow_threshold), mask);
     f->scale = PICK(f->scale, (Reals)(m->method->majorant_scale), mask);
     start_rays(f, ray, m, path->vertex, direction, (Reals)(0.0f), far.all, first, mask);
+#endif
 }
 #endif
 
 // Goes on from the collisions of `hit`: emission, absorption, and whether the path ends there. Returns the lanes that
-// scatter. `chance`: what is compared with the probability of going on after a camera ray.
+// scatter.
 INLINE Ints scatter(struct PathLanes *path, struct FlightLanes *f, const struct MediumTables *m,
     const struct Surroundings *s, struct Tally *tally, Ints hit) {
     Reals zero = (Reals)(0.0f);
     // Camera rays through thin media go on with the probability of a collision (times `split`).
-    Reals chance = min((Reals)(1.0f), m->method->split * f->taken);
+    Reals one = (Reals)(1.0f);
+    Reals chance = PICK(one, min(one, m->method->split * f->taken), path->ray == CAMERA_RAY);
     Reals before[CHANNELS];
     for (int c = 0; c < CHANNELS; ++c) {
         before[c] = path->throughput[c] * collided_of(f, c);
@@ -158,9 +156,7 @@ INLINE Ints scatter(struct PathLanes *path, struct FlightLanes *f, const struct 
     tally->absorbed += PICK(zero, mean_channels(absorbed), on);
     tally->cut += PICK(zero, mean_channels(path->throughput), cut);
     path->order = PICK(path->order, path->order + 1, on & NOT(cut));
-    path->vertex = pick_points(path->vertex, f->place, on);
-    // From here on the chance is 1.
-    path->strata[1] = PICK(path->strata[1], (Words)(0u), on);
+    path->vertex = pick_points(path->vertex, points_in_box(m->method, f->place), on);
     return on & NOT(cut) & (largest > 0.0f);
 }
 
@@ -203,11 +199,18 @@ INLINE Ints take_turns(struct PathLanes *path, struct FlightLanes *f, struct Ray
     }
     Reals escaped = mean_channels(escaping);
     tally->escaped += PICK(zero, escaped, other);
-    see_lights(path, f, ray, m, s, other & (escaped > 0.0f));
+    see_lights(path, f, ray, m, s, tally, sample, other);
+#ifdef EQUIANGULAR
+    scatter_from_angles(path, f, ray, m, s, tally, sample, other & (path->order < m->method->max_order));
+#endif
     Ints camera = other & (path->ray == CAMERA_RAY);
     path->opacity = PICK(path->opacity, f->taken, camera);
 #ifdef AUXILIARY
-    note_first_collisions(path, f, ray, m, s, camera);
+    if (ANY(camera)) {
+        Reals albedo[CHANNELS], emission[CHANNELS];
+        look_up_colors(f, m, s, camera & (f->taken > 0.0f), albedo, emission);
+        note_first_collisions(tally->notes, path, f, m, albedo, camera);
+    }
 #endif
 
     Ints scattered = scatter(path, f, m, s, tally, other & (f->taken > 0.0f));
@@ -219,7 +222,7 @@ INLINE Ints take_turns(struct PathLanes *path, struct FlightLanes *f, struct Ray
     to_light[1] = PICK(random[1], path->strata[4], first);
     to_light[2] = PICK(random[2], path->strata[5], first);
     if (ANY(scattered)) {
-        seek_lights(path, f, ray, m, s, to_light, random[3], scattered);
+        seek_lights(path, f, ray, m, s, tally, sample, to_light, random[3], scattered);
     }
     turning = shadow;
 #endif
@@ -266,12 +269,15 @@ INLINE void begin_paths(struct PathLanes *path, struct FlightLanes *f, struct Ra
         path->strata[k + 2] = PICK(path->strata[k + 2], turn[k], begun);
     }
     path->block = PICK(path->block, (Words)(0u), begun);
+    path->lookups = PICK(path->lookups, (Words)(0u), begun);
+    Words stream[4];
+    path_block(path, m, sample, begun, stream);
+    path->stream[0] = PICK(path->stream[0], stream[0], begun);
+    path->stream[1] = PICK(path->stream[1], stream[1], begun);
 #ifdef THIN_LENS
     // The lens takes their dimensions.
-    Words random[4];
-    path_block(path, m, sample, begun, random);
-    path->strata[0] = PICK(path->strata[0], random[0], begun);
-    path->strata[1] = PICK(path->strata[1], random[1], begun);
+    path->strata[0] = PICK(path->strata[0], stream[2], begun);
+    path->strata[1] = PICK(path->strata[1], stream[3], begun);
 #endif
     Reals half_way = (Reals)(0.5f);
 #ifdef FILTER_BOX
@@ -290,6 +296,7 @@ INLINE void begin_paths(struct PathLanes *path, struct FlightLanes *f, struct Ra
     path->order = PICK(path->order, (Ints)(0), begun);
     path->ray = PICK(path->ray, (Ints)(CAMERA_RAY), begun);
     path->opacity = PICK(path->opacity, (Reals)(0.0f), begun);
+    path->eye = PICK(path->eye, from, begun);
     for (int c = 0; c < CHANNELS; ++c) {
         path->light[c] = PICK(path->light[c], (Reals)(channel_of(m->method->control, c)), begun);
         path->throughput[c] = PICK(path->throughput[c], (Reals)(1.0f), begun);
@@ -318,10 +325,10 @@ INLINE struct PathLanes idle_paths(void) {
     Reals zero = (Reals)(0.0f);
     path.ray = (Ints)(NO_RAY);
     path.slot = path.order = (Ints)(0);
-    path.pixel = path.path = path.block = (Words)(0u);
+    path.pixel = path.path = path.block = path.lookups = path.stream[0] = path.stream[1] = (Words)(0u);
     path.direction = points((Reals)(1.0f), zero, zero);
     path.vertex = points(zero, zero, zero);
-    path.opacity = path.pdf = zero;
+    path.opacity = path.pdf = path.eye = zero;
     for (int c = 0; c < CHANNELS; ++c) {
         path.throughput[c] = path.light[c] = path.pending[c] = zero;
     }

@@ -6,7 +6,7 @@
 #include "common/random_lanes.cl"
 #include "lights/sample.cl"
 #include "render/background.cl"
-#include "volume/flight.cl"
+#include "volume/transmittance.cl"
 
 // Channels of throughput and light: one when nothing in the scene is coloured.
 #ifdef GREY
@@ -26,7 +26,9 @@ struct PathLanes {
     Ints slot;                 // pixel within the work-item's pixels
     Words pixel;
     Words path;                // number of the path within the sample
-    Words block;               // random blocks used so far
+    Words block;               // random blocks used so far, by events
+    Words lookups;             // ... and by tentative collisions, which count in a stream of their own:
+    Words stream[2];           // drawn at the path's start
     Ints order;                // scatterings so far
     struct Points direction;   // of propagation, local
     struct Points vertex;      // the last collision, grid coordinates
@@ -35,6 +37,7 @@ struct PathLanes {
     Reals pending[CHANNELS];   // what the shadow ray brings if nothing is in its way
     Reals opacity;             // what the medium took of the camera ray
     Reals pdf;                 // of the flight's direction, 1/sr; -1 for camera rays
+    Reals eye;                 // the time at which the camera ray left the eye
     Words strata[6];           // stratified over the paths of a sample: the camera ray's first collision and whether
                                // the path goes on there, then the first turn and the first place on a light
 };
@@ -48,6 +51,9 @@ struct Tally {
     uint lookups;
     uint collisions;
     uint above;
+#ifdef AUXILIARY
+    struct Auxiliary *notes; // sums of the sample, per pixel of the work-item
+#endif
 };
 
 // What paths read besides the medium.
@@ -95,6 +101,12 @@ INLINE struct Points scaled_direction(__constant struct Volume *volume, struct P
     return points(d.x * volume->scale.x, d.y * volume->scale.y, d.z * volume->scale.z);
 }
 
+// Points moved off the box's faces by a rounding or two: from there, a ray along the face would miss the medium.
+INLINE struct Points points_in_box(__constant struct Scattering *method, struct Points p) {
+    float4 low = method->low * (1.0f + 0x1p-22f);
+    float4 high = method->high * (1.0f - 0x1p-22f);
+    return points(clamp(p.x, low.x, high.x), clamp(p.y, low.y, high.y), clamp(p.z, low.z, high.z));
+}
 
 // Puts the lanes of `mask` on new rays from `origin` (grid coordinates) along `direction` (local units), between two
 // times. `random`: for the first tentative collision.
@@ -106,39 +118,57 @@ INLINE void start_rays(struct FlightLanes *f, struct RayLanes *ray, const struct
     start_flights(f, ray, m, from, to, random, mask);
 }
 
-// Adds what the lanes of `mask` see behind the medium: the rectangles that they meet, and what the environment map
-// differs from the constant that light is counted from. A constant background is that constant.
-INLINE void see_lights(struct PathLanes *path, const struct FlightLanes *f, const struct RayLanes *ray,
-    const struct MediumTables *m, const struct Surroundings *s, Ints mask) {
-#if defined(ENVIRONMENT) || defined(RECTANGLES)
-    IntLanes seeing = int_lanes(mask);
-    RealLanes dx = real_lanes(path->direction.x), dy = real_lanes(path->direction.y), dz = real_lanes(path->direction.z);
-    RealLanes ox = real_lanes(ray->origin.x), oy = real_lanes(ray->origin.y), oz = real_lanes(ray->origin.z);
-    RealLanes pdf = real_lanes(path->pdf);
-    RealLanes seen[CHANNELS];
-    for (int c = 0; c < CHANNELS; ++c) {
-        seen[c] = real_lanes((Reals)(0.0f));
+// Where the rays that see light start: camera rays at the eye, flights at their vertices.
+INLINE Reals ray_start(const struct PathLanes *path) {
+    return PICK((Reals)(0.0f), path->eye, path->ray == CAMERA_RAY);
+}
+
+#if defined(ESTIMATED) || defined(RECTANGLES) || defined(EQUIANGULAR)
+// Estimates the transmittance of rays between two times in the lanes of `mask`; 1 where there is nothing between.
+INLINE void estimate_lanes(struct PathLanes *path, const struct RayLanes *ray, const struct MediumTables *m, Reals from,
+    Reals to, struct Tally *tally, uint sample, Ints mask, Reals estimate[TRACKED]) {
+#ifdef CONSTANT_SIGMA
+    for (int c = 0; c < TRACKED; ++c) {
+        estimate[c] = exp(-m->method->sigma * channel_extinction(m, c) * max(to - from, (Reals)(0.0f)));
     }
+#else
+    RayTable rays;
+    rays.all = *ray;
+    IntLanes wanted = int_lanes(mask & (to > from));
+    RealLanes start = real_lanes(from), end = real_lanes(to);
+    WordLanes pixel, number, block;
+    pixel.all = path->pixel;
+    number.all = path->path;
+    block.all = path->block;
+    RealLanes found[TRACKED];
+    for (int c = 0; c < TRACKED; ++c) {
+        found[c] = real_lanes((Reals)(1.0f));
+    }
+    struct Cost cost;
+    cost.lookups = cost.above = 0u;
     for (int i = 0; i < WIDTH; ++i) {
-        if (!seeing.lane[i]) {
+        if (!wanted.lane[i]) {
             continue;
         }
-        float4 direction = (float4)(dx.lane[i], dy.lane[i], dz.lane[i], 0.0f);
-        float4 radiance = (float4)(0.0f);
-#ifdef ENVIRONMENT
-        radiance.xyz = (background_radiance(m->frame, s->environment, direction.xyz) - m->method->control.xyz)
-            * balance(pdf.lane[i], environment_pdf(m->frame, s->environment_sums, direction));
-#endif
-#ifdef RECTANGLES
-        radiance += rectangle_hits(m->frame, s->lights, grid_to_local(m->volume, ox.lane[i], oy.lane[i], oz.lane[i]),
-            direction, INFINITY, pdf.lane[i]);
-#endif
-        for (int c = 0; c < CHANNELS; ++c) {
-            seen[c].lane[i] = channel_of(radiance, c);
+        struct TrackedRay tracked = ray_of_lane(&rays, i);
+        // The path's own numbers, from where it is to where the estimate ends.
+        struct Numbers numbers;
+        numbers.stream = stream_start((uint2)(m->frame->seed_low, m->frame->seed_high), pixel.lane[i], sample,
+            number.lane[i]);
+        numbers.stream.counter.z = block.lane[i];
+        numbers.used = 0u;
+        float4 t = transmittance(m, &tracked, start.lane[i], end.lane[i], &numbers, &cost);
+        block.lane[i] = numbers.stream.counter.z;
+        for (int c = 0; c < TRACKED; ++c) {
+            found[c].lane[i] = channel_of(t, c);
         }
     }
-    for (int c = 0; c < CHANNELS; ++c) {
-        path->light[c] += PICK((Reals)(0.0f), path->throughput[c] * through_of(f, c) * seen[c].all, mask);
+    path->block = block.all;
+    for (int c = 0; c < TRACKED; ++c) {
+        estimate[c] = found[c].all;
     }
+    tally->lookups += cost.lookups;
+    tally->above += cost.above;
 #endif
 }
+#endif

@@ -91,6 +91,9 @@ __kernel void render_scattering(__constant struct Frame *frame, __constant struc
 
     int pixels[PIXELS];
     float4 sums[PIXELS]; // radiance and opacity
+#ifdef AUXILIARY
+    struct Auxiliary notes[PIXELS];
+#endif
     int inside = 0;
     for (int i = 0; i < PIXELS; ++i) {
         pixels[i] = tile_pixel(camera->width, camera->height, tile, PIXELS == 1 ? (uint)item & 63u : (uint)i);
@@ -104,27 +107,30 @@ __kernel void render_scattering(__constant struct Frame *frame, __constant struc
     for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
         for (int i = 0; i < PIXELS; ++i) {
             sums[i] = (float4)(0.0f);
+#ifdef AUXILIARY
+            notes[i] = no_notes();
+#endif
         }
         struct FlightLanes flight = resting_flights();
         struct RayLanes ray = ray_lanes(points((Reals)(0.0f), (Reals)(0.0f), (Reals)(0.0f)),
             points((Reals)(1.0f), (Reals)(1.0f), (Reals)(1.0f)));
         struct PathLanes path = idle_paths();
         struct Tally tally = empty_tally();
+#ifdef AUXILIARY
+        tally.notes = notes;
+#endif
         uint next = 0;
         for (;;) {
-            int arrived = count_lanes(flight.state == ARRIVED);
-            int resting = count_lanes(flight.state == RESTING);
 #ifndef CLOSED_FORM
-            int tentative = count_lanes(flight.state == TENTATIVE);
-            int travelling = WIDTH - arrived - resting - tentative;
-            if (travelling > 0) {
-                travel(&flight, &ray, &m);
-                arrived = count_lanes(flight.state == ARRIVED);
-                tentative = count_lanes(flight.state == TENTATIVE);
-                travelling = WIDTH - arrived - resting - tentative;
-            }
+            travel(&flight, &ray, &m);
+#endif
+            int states = sum_ints(flight.state);
+            int arrived = STATE_COUNT(states, ARRIVED);
+#ifndef CLOSED_FORM
+            int tentative = STATE_COUNT(states, TENTATIVE);
+            int travelling = WIDTH - arrived - tentative - STATE_COUNT(states, RESTING);
             if (tentative > 0 && (tentative >= WAIT_TENTATIVE || travelling == 0)) {
-                look_up(&path, &flight, &ray, &m, &tally, sample);
+                look_up(&path, &flight, &ray, &m, &tally);
                 continue;
             }
             if (travelling + tentative > 0 && arrived < max(WAIT_ARRIVED, 1)) {
@@ -153,7 +159,15 @@ __kernel void render_scattering(__constant struct Frame *frame, __constant struc
         for (int i = 0; i < PIXELS; ++i) {
             if (pixels[i] >= 0) {
                 struct FilmPixel pixel = film[pixels[i]];
+#ifdef AUXILIARY
+                uint count = pixel.count;
+#endif
                 film_add(&pixel, share * sums[i], -1.0f, 0u);
+#ifdef AUXILIARY
+                if (pixel.count > count) {
+                    add_notes(auxiliary + pixels[i], notes + i, share, pixel.count);
+                }
+#endif
                 film[pixels[i]] = pixel;
             }
         }

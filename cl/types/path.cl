@@ -17,7 +17,7 @@ struct Scattering {
     float roulette_start;    // throughput below which paths play Russian roulette
     int max_order;           // largest number of scatterings, 2^31 - 1 for no limit
     uint paths;              // paths per sample and pixel
-    uint pad_0;
+    float mean_sigma;        // mean extinction of the box per local unit, roughly
 };
 
 // What the paths of a tile did, summed over its pixels and samples. Energies are weights of paths that start with 1,
@@ -39,9 +39,13 @@ struct Ledger {
     uint pad_2;
 };
 
-// Auxiliary images of a pixel: means over paths.
+// Auxiliary images of a pixel: what camera rays meet first, as means over paths (and sums while a sample runs).
+// Values times `taken` are those of the whole ray: outside the medium they are 0.
 struct Auxiliary {
-    float4 albedo;          // of the first collision; w: transmittance of the camera ray
-    float4 normal;          // of the first collision, towards lower extinction; w: weight of all first collisions
-    float4 depth;           // x: distance of the first collision; weights summed in w of normal
+    float4 albedo;          // of the first collision, times the share of the ray that collides, per channel
+    float4 normal;          // unit, towards lower values, or 0 where the field is flat; times `taken`
+    float transmittance;    // of the camera ray
+    float taken;            // the share that collides
+    float depth;            // distance of the first collision from the eye, local units, times `taken`
+    uint pad_0;
 };

@@ -79,10 +79,12 @@ INLINE void clip_rays(__constant struct Scattering *method, const struct RayLane
 #define TRACKED 1
 #endif
 
-#define TRAVELLING 0 // on its way to the next tentative collision
-#define TENTATIVE 1  // at one
-#define ARRIVED 2    // at the end of the ray, or nothing left of it
-#define RESTING 3    // no ray
+// States: their sum over the lanes counts each (STATE_COUNT).
+#define TRAVELLING 0     // on its way to the next tentative collision
+#define TENTATIVE 1      // at one
+#define ARRIVED 0x100    // at the end of the ray, or nothing left of it
+#define RESTING 0x10000  // no ray
+#define STATE_COUNT(sum, state) (((sum) / (state)) & 0xff)
 
 struct FlightLanes {
     Ints state;
@@ -262,10 +264,10 @@ INLINE Reals sigma_lanes(const struct MediumTables *m, struct Points p, Reals *v
 #endif
 }
 
-// Takes part in the tentative collisions of `mask`; four random words each. *above: lanes with extinction above the
+// Takes part in the tentative collisions of `mask`; two random words each. *above: lanes with extinction above the
 // majorant.
 INLINE void collide(struct FlightLanes *f, const struct RayLanes *ray, const struct MediumTables *m, Ints mask,
-    const Words random[4], Ints *above, Ints *collided) {
+    const Words random[2], Ints *above, Ints *collided) {
     struct Points p = flight_points(f, ray, m->volume);
     Reals value, row;
     Reals part = sigma_lanes(m, p, &value, &row) / f->majorant;
@@ -302,8 +304,10 @@ INLINE void collide(struct FlightLanes *f, const struct RayLanes *ray, const str
         mean += amounts[c] * (1.0f / TRACKED);
     }
     f->taken += PICK(zero, mean, takes);
-    // A collision replaces the kept one with probability amount / taken so far.
-    Ints keeps = takes & (uniform_lanes(random[2]) * f->taken < mean);
+    // A collision replaces the kept one with probability amount / taken so far. Where u was below the probability of
+    // taking all, it is uniform below that.
+    Reals again = PICK(u / probability, u, fraction);
+    Ints keeps = takes & (again * f->taken < mean);
     for (int c = 0; c < TRACKED; ++c) {
         f->share[c] = PICK(f->share[c], amounts[c] / mean, keeps);
     }
@@ -345,11 +349,13 @@ INLINE void settle(struct FlightLanes *f, const struct RayLanes *ray, const stru
     Reals length = f->end - f->t;
     Reals sigma[TRACKED];
     Reals taken[TRACKED]; // 1 - transmittance
+    Reals rest[TRACKED];  // transmittance, to its own precision
     Reals sum = (Reals)(0.0f);
     for (int c = 0; c < TRACKED; ++c) {
         sigma[c] = (Reals)(m->method->sigma * channel_extinction(m, c));
         Reals tau = sigma[c] * length;
         taken[c] = tau * mean_transmittance_lanes(tau);
+        rest[c] = PICK(exp(-tau), 1.0f - taken[c], tau < 0.25f);
         sum += taken[c];
     }
     Reals zero = (Reals)(0.0f);
@@ -385,12 +391,12 @@ INLINE void settle(struct FlightLanes *f, const struct RayLanes *ray, const stru
     for (int c = 0; c < TRACKED; ++c) {
         density[c] = sigma[c] * (1.0f - sigma[c] * distance * mean_transmittance_lanes(sigma[c] * distance));
         mean_density += density[c] * (1.0f / TRACKED);
-        mean_through += (1.0f - taken[c]) * (1.0f / TRACKED);
+        mean_through += rest[c] * (1.0f / TRACKED);
     }
     for (int c = 0; c < TRACKED; ++c) {
-        Reals left = PICK(1.0f - taken[c], PICK(zero, (1.0f - taken[c]) / mean_through, through), analog);
+        Reals left = PICK(rest[c], PICK(zero, rest[c] / mean_through, through), analog);
 #if TRACKED == 1
-        left = PICK(1.0f - taken[c], PICK(zero, (Reals)(1.0f), through), analog);
+        left = PICK(rest[c], PICK(zero, (Reals)(1.0f), through), analog);
 #endif
         f->through[c] = PICK(f->through[c], left, mask);
         f->share[c] = PICK(f->share[c], TRACKED == 1 ? (Reals)(1.0f) : density[c] / mean_density, collides);

@@ -7,9 +7,10 @@
 #ifndef VOXEL
 #define VOXEL uchar
 #endif
-#define VOXEL_PAIR_(type) type##2
-#define VOXEL_PAIR_OF(type) VOXEL_PAIR_(type)
-#define VOXEL_PAIR VOXEL_PAIR_OF(VOXEL)
+#define VOXEL_VECTOR_(type, n) type##n
+#define VOXEL_VECTOR(type, n) VOXEL_VECTOR_(type, n)
+#define VOXEL_OCTET VOXEL_VECTOR(VOXEL, 8)
+#define VOXEL_SIXTEEN VOXEL_VECTOR(VOXEL, 16)
 
 // The eight stored values around a cell; x changes fastest, then y.
 struct Corners {
@@ -85,6 +86,31 @@ INLINE float8 sample_raw8(__constant struct Volume *volume, __global const VOXEL
 }
 #endif
 
+#if WIDTH > 1
+// The voxels at and after each index. Written out with whole pairs, so that compilers load pairs into vectors instead of
+// gathering single voxels.
+#define PAIR_AT(i) vload2(0, voxels + index.s##i)
+INLINE void fetch_pairs(__global const VOXEL *voxels, Ints index, Reals *first, Reals *second) {
+#if WIDTH == 4
+    VOXEL_OCTET pairs = (VOXEL_OCTET)(PAIR_AT(0), PAIR_AT(1), PAIR_AT(2), PAIR_AT(3));
+    *first = TO_REALS(pairs.even);
+    *second = TO_REALS(pairs.odd);
+#else
+    VOXEL_SIXTEEN low = (VOXEL_SIXTEEN)(PAIR_AT(0), PAIR_AT(1), PAIR_AT(2), PAIR_AT(3), PAIR_AT(4), PAIR_AT(5), PAIR_AT(6),
+        PAIR_AT(7));
+#if WIDTH == 8
+    *first = TO_REALS(low.even);
+    *second = TO_REALS(low.odd);
+#else
+    VOXEL_SIXTEEN high = (VOXEL_SIXTEEN)(PAIR_AT(8), PAIR_AT(9), PAIR_AT(a), PAIR_AT(b), PAIR_AT(c), PAIR_AT(d), PAIR_AT(e),
+        PAIR_AT(f));
+    *first = TO_REALS((VOXEL_SIXTEEN)(low.even, high.even));
+    *second = TO_REALS((VOXEL_SIXTEEN)(low.odd, high.odd));
+#endif
+#endif
+}
+#endif
+
 // The interpolated stored values at points in grid coordinates inside the padded box. With more than one lane indices
 // are 32-bit: for buffers of less than 2^31 voxels.
 INLINE Reals sample_raw_lanes(__constant struct Volume *volume, __global const VOXEL *voxels, struct Points p) {
@@ -97,30 +123,17 @@ INLINE Reals sample_raw_lanes(__constant struct Volume *volume, __global const V
     Reals fx = p.x - TO_REALS(cx);
     Reals fy = p.y - TO_REALS(cy);
     Reals fz = p.z - TO_REALS(cz);
-    IntLanes index = int_lanes(cz * (int)volume->slice + cy * (int)volume->row + cx);
-    RealLanes c000, c100, c010, c110, c001, c101, c011, c111;
-    for (int i = 0; i < WIDTH; ++i) {
-        __global const VOXEL *low = voxels + index.lane[i];
-        __global const VOXEL *high = low + volume->slice;
-        // In pairs, or compilers make gathers of 64-bit addresses, which are slower.
-        VOXEL_PAIR pair = vload2(0, low);
-        c000.lane[i] = (float)pair.x;
-        c100.lane[i] = (float)pair.y;
-        pair = vload2(0, low + volume->row);
-        c010.lane[i] = (float)pair.x;
-        c110.lane[i] = (float)pair.y;
-        pair = vload2(0, high);
-        c001.lane[i] = (float)pair.x;
-        c101.lane[i] = (float)pair.y;
-        pair = vload2(0, high + volume->row);
-        c011.lane[i] = (float)pair.x;
-        c111.lane[i] = (float)pair.y;
-    }
+    Ints index = cz * (int)volume->slice + cy * (int)volume->row + cx;
+    Reals c000, c100, c010, c110, c001, c101, c011, c111;
+    fetch_pairs(voxels, index, &c000, &c100);
+    fetch_pairs(voxels + volume->row, index, &c010, &c110);
+    fetch_pairs(voxels + volume->slice, index, &c001, &c101);
+    fetch_pairs(voxels + volume->slice + volume->row, index, &c011, &c111);
     // z first, as trilinear() does.
-    Reals a = c000.all + fz * (c001.all - c000.all);
-    Reals b = c100.all + fz * (c101.all - c100.all);
-    Reals c = c010.all + fz * (c011.all - c010.all);
-    Reals d = c110.all + fz * (c111.all - c110.all);
+    Reals a = c000 + fz * (c001 - c000);
+    Reals b = c100 + fz * (c101 - c100);
+    Reals c = c010 + fz * (c011 - c010);
+    Reals d = c110 + fz * (c111 - c110);
     a += fy * (c - a);
     b += fy * (d - b);
     return a + fx * (b - a);

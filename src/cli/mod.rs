@@ -2,6 +2,7 @@
 
 mod check;
 mod devices;
+mod energy;
 mod output;
 mod progress;
 mod render;

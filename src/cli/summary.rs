@@ -1,7 +1,7 @@
 //! What `svetlo render` says at the end: one JSON document, or two lines for people.
 
 use super::stderr::say;
-use super::{pretty, print_line};
+use super::{energy, pretty, print_line};
 use crate::render::{Ended, Plan, Session, Snapshot, Spent, method_name};
 use crate::{Error, Result};
 use serde_json::{Value, json};
@@ -45,6 +45,11 @@ impl Summary<'_> {
             return Ok(());
         }
         say(&self.line());
+        if let Some(paths) = &self.snapshot.paths {
+            let method = &self.plan.scene.method;
+            say(&energy::line(paths, method));
+            energy::warning(paths, method).iter().for_each(|text| say(&format!("note: {text}")));
+        }
         let (output, preview) = (self.output.display(), self.preview.display());
         print_line(&if self.added {
             format!("wrote {output} and its preview {preview}")
@@ -56,9 +61,12 @@ impl Summary<'_> {
     /// What the end means for the exit code.
     ///
     /// # Errors
-    /// [`Error::Failed`] when samples were not finite, [`Error::Interrupted`] after an interrupt.
+    /// [`Error::Failed`] when samples were not finite or paths went wrong, [`Error::Interrupted`] after an interrupt.
     pub fn outcome(&self) -> Result<()> {
         let rejected = self.snapshot.summary.rejected;
+        if let Some(what) = self.snapshot.paths.as_ref().and_then(|paths| energy::failure(paths, rejected)) {
+            return Err(Error::Failed(format!("{what} (it was written to {})", self.output.display())));
+        }
         if rejected > 0 {
             return Err(Error::Failed(format!(
                 "{rejected} samples were not finite and were left out: the image is not to be trusted \
@@ -132,6 +140,7 @@ impl Summary<'_> {
             "launches": progress.launches,
             "lookups": summary.lookups,
             "lookups_per_ray": summary.lookups as f64 / summary.samples.max(1) as f64,
+            "paths": self.snapshot.paths.as_ref().map(energy::report),
             "mean": summary.mean,
             "estimated_error": summary.relative_error(),
             "rejected_samples": summary.rejected,

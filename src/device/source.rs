@@ -24,16 +24,20 @@ const FILES: &[(&str, &str)] = embed![
     "lights/environment.cl",
     "lights/rectangle.cl",
     "lights/sample.cl",
+    "render/auxiliary.cl",
     "render/background.cl",
     "render/camera.cl",
     "render/camera_lanes.cl",
+    "render/colors.cl",
     "render/emission_absorption.cl",
+    "render/equiangular.cl",
     "render/events.cl",
     "render/frame.cl",
     "render/isosurface.cl",
     "render/mip.cl",
     "render/paths.cl",
     "render/scattering.cl",
+    "render/seen.cl",
     "types/camera.cl",
     "types/film.cl",
     "types/frame.cl",
@@ -50,6 +54,7 @@ const FILES: &[(&str, &str)] = embed![
     "volume/sampling.cl",
     "volume/tables.cl",
     "volume/transfer.cl",
+    "volume/transmittance.cl",
 ];
 
 /// The text of `entry` with every `#include "path"` replaced by that file, each file once.

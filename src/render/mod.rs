@@ -3,6 +3,7 @@
 //! A [`Plan`] makes everything ready on the host; a [`Session`] runs it on a device. Each method is one file here
 //! and one kernel of the same name under `cl/render/`.
 
+mod auxiliary;
 mod bricks;
 mod camera;
 pub mod emission_absorption;
@@ -11,6 +12,7 @@ mod fingerprint;
 pub mod grid;
 mod host_memory;
 pub mod isosurface;
+mod ledger;
 pub mod lights;
 mod load;
 pub mod local;
@@ -27,8 +29,10 @@ mod session;
 mod state;
 pub mod variants;
 
+pub use auxiliary::Auxiliary;
 pub use camera::DeviceCamera;
 pub use fingerprint::data_hash;
+pub use ledger::PathLedger;
 pub use load::{announced_memory, load_volume};
 pub use output::{Snapshot, method_name};
 pub use plan::{BRICK_SHIFT, Plan};
@@ -49,6 +53,6 @@ pub const LAYOUTS: &[StructLayout] = &[
     lights::DeviceLight::LAYOUT,
     mip::Mip::LAYOUT,
     scattering::Scattering::LAYOUT,
-    scattering::Ledger::LAYOUT,
-    scattering::Auxiliary::LAYOUT,
+    ledger::Ledger::LAYOUT,
+    auxiliary::Auxiliary::LAYOUT,
 ];

@@ -1,6 +1,8 @@
 //! From the film to a picture with its metadata.
 
+use super::auxiliary::{self, Auxiliary};
 use super::fingerprint::Fingerprint;
+use super::ledger::PathLedger;
 use super::plan::Plan;
 use super::session::Session;
 use super::state;
@@ -14,8 +16,10 @@ use std::time::Duration;
 pub struct Snapshot {
     /// The picture, with metadata.
     pub picture: Picture,
-    /// The film as a whole.
+    /// The film as a whole, with the look-ups of its paths.
     pub summary: FilmSummary,
+    /// What the paths did, when the method follows paths.
+    pub paths: Option<PathLedger>,
 }
 
 impl Snapshot {
@@ -26,20 +30,40 @@ impl Snapshot {
     /// [`crate::Error::Failed`] when the device fails.
     pub fn take(session: &Session, plan: &Plan<'_>, data_hash: &str, wall: Duration) -> Result<Self> {
         let film = session.film()?;
-        let summary = FilmSummary::of(&film);
+        let extra = session.auxiliary()?;
+        let paths = session.ledger()?;
+        let mut summary = FilmSummary::of(&film);
+        summary.lookups += paths.map_or(0, |paths| paths.lookups);
         let mut picture = picture(&film, plan);
+        if let Some(extra) = &extra {
+            auxiliary::add_channels(&mut picture, extra, plan.local.unit);
+        }
         describe(&mut picture, session, plan, &summary, wall);
-        keep_state(&mut picture, &film, plan, data_hash);
-        Ok(Self { picture, summary })
+        for (key, value) in paths.iter().flat_map(PathLedger::entries) {
+            picture.metadata.insert(format!("svetlo.{key}"), value);
+        }
+        keep_state(&mut picture, &film, extra.as_deref(), plan, data_hash);
+        Ok(Self { picture, summary, paths })
     }
 }
 
 /// Adds what a later run needs to continue: the rest of the film, and what tells that the run is of the same render.
-fn keep_state(picture: &mut Picture, film: &[FilmPixel], plan: &Plan<'_>, data_hash: &str) {
+fn keep_state(
+    picture: &mut Picture,
+    film: &[FilmPixel],
+    extra: Option<&[Auxiliary]>,
+    plan: &Plan<'_>,
+    data_hash: &str,
+) {
     let mut sum = Fingerprint::new();
     let unit = plan.local.unit;
-    let predict = |picture: &Picture, word: &str| state::predict_film(picture, word, unit);
+    let depth_unit = plan.method.has_depth.then_some(unit);
+    let predict = |picture: &Picture, word: &str| state::predict_film(picture, word, depth_unit);
     state::add_planes(picture, &state::film_part(&predict), film, &mut sum);
+    if let Some(extra) = extra {
+        let predict = |picture: &Picture, word: &str| auxiliary::predict(picture, word, unit);
+        state::add_planes(picture, &auxiliary::part(&predict), extra, &mut sum);
+    }
     for (key, value) in
         [("state", state::FORMAT.to_string()), ("state_hash", sum.finish()), ("data_hash", data_hash.into())]
     {
@@ -100,6 +124,17 @@ fn describe(
     put("variance", "variance.* is the variance of one sample; over `samples` it is that of the mean".into());
     if plan.method.has_depth {
         put("depth", "Z is the mean distance to the camera in scene units, 0 where nothing was hit".into());
+    }
+    if plan.method.paths {
+        put(
+            "energy",
+            "escaped + absorbed + cut = paths + gained: sums of the paths' weights, the mean over channels; each path \
+             starts with 1, cut is what the limit on scatterings loses, gained what Russian roulette adds, net"
+                .into(),
+        );
+    }
+    if plan.has_auxiliary() {
+        put("auxiliary", auxiliary::MEANING.into());
     }
 }
 

@@ -1,9 +1,12 @@
 //! The plan of a render: everything the device will get, made on the host and shown by `svetlo check`.
 
+use super::auxiliary::Auxiliary;
 use super::camera::DeviceCamera;
 use super::grid::{BrickRanges, DeviceVolume, Grid, StoredWindow};
+use super::ledger::Ledger;
 use super::local::LocalFrame;
 use super::method::{self, DeviceFrame, HostBuffer, MethodInput, MethodSetup};
+use super::session::TILE;
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::film::FilmPixel;
 use crate::picture::Environment;
@@ -97,13 +100,27 @@ impl<'a> Plan<'a> {
         self.scene.image.filter == Filter::Point && !lens && !self.method.random
     }
 
-    /// What a session allocates on the device.
+    /// Whether there are auxiliary images: the scene asks for them and the method makes them.
+    pub fn has_auxiliary(&self) -> bool {
+        self.scene.film.auxiliary && self.method.paths
+    }
+
+    /// What a session allocates on the device, at most.
     pub fn memory(&self) -> MemoryPlan {
         let mut plan = MemoryPlan::default();
         let (voxels, bytes) = self.grid.device_voxels();
         plan.add("voxels", voxels, bytes);
         let image = &self.scene.image;
-        plan.add("film", u64::from(image.width) * u64::from(image.height), size_of::<FilmPixel>());
+        let pixels = u64::from(image.width) * u64::from(image.height);
+        plan.add("film", pixels, size_of::<FilmPixel>());
+        if self.method.paths {
+            // One ledger per tile where a work-item renders a tile, else one per pixel of every tile.
+            let in_tiles = |n: u32| u64::from(n.div_ceil(TILE) * TILE);
+            plan.add("ledgers", in_tiles(image.width) * in_tiles(image.height), size_of::<Ledger>());
+        }
+        if self.has_auxiliary() {
+            plan.add("auxiliary images", pixels, size_of::<Auxiliary>());
+        }
         for buffer in self.method.tables.iter().chain([&self.environment, &self.method.parameters]) {
             plan.add(buffer.name, buffer.bytes.len() as u64, 1);
         }

@@ -118,7 +118,7 @@ pub fn run(
 /// The number alone decides, neither the clock nor earlier estimates: a render that was stopped and resumed ends where
 /// one that never stopped ends.
 fn is_check(samples: u32) -> bool {
-    samples >= FIRST_CHECK && samples % check_step(samples) == 0
+    samples >= FIRST_CHECK && samples.is_multiple_of(check_step(samples))
 }
 
 /// The next larger number of samples at which the error is estimated.

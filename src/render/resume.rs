@@ -1,6 +1,8 @@
 //! Continuing a render from its own image: what the file must be, and the film in it.
 
+use super::auxiliary::{self, Auxiliary};
 use super::fingerprint::Fingerprint;
+use super::ledger::{self, PathLedger};
 use super::plan::Plan;
 use super::session::{Progress, TILE};
 use super::state::{self, FORMAT};
@@ -33,6 +35,10 @@ pub struct Saved {
 pub struct SavedFilm {
     /// The pixels, row by row from the top.
     pub pixels: Vec<FilmPixel>,
+    /// The auxiliary images, where the plan has some.
+    pub auxiliary: Option<Vec<Auxiliary>>,
+    /// What the paths did, where the method follows paths.
+    pub paths: Option<PathLedger>,
     /// The runs that made it.
     pub spent: Spent,
 }
@@ -94,8 +100,7 @@ impl Saved {
     }
 
     fn number<T: std::str::FromStr>(&self, key: &str) -> Result<T, String> {
-        let text = self.text(key).ok_or_else(|| format!("its header lacks svetlo.{key}"))?;
-        text.parse().map_err(|_| format!("svetlo.{key} in its header is `{text}`, not a number"))
+        ledger::number(&self.picture.metadata, key)
     }
 
     fn seconds(&self, key: &str) -> Result<Duration, String> {
@@ -135,10 +140,22 @@ impl Saved {
                 "the files that the scene reads held other data then (their hash was {hash}, it is {data_hash})"
             ));
         }
+        let has_auxiliary = self.text("auxiliary").is_some();
+        if has_auxiliary != plan.has_auxiliary() {
+            let now = !has_auxiliary;
+            return Err(format!(
+                "it was rendered with film.auxiliary = {has_auxiliary}, this render has film.auxiliary = {now}"
+            ));
+        }
         let mut sum = Fingerprint::new();
         let unit = plan.local.unit;
-        let predict = |picture: &Picture, word: &str| state::predict_film(picture, word, unit);
+        let depth_unit = plan.method.has_depth.then_some(unit);
+        let predict = |picture: &Picture, word: &str| state::predict_film(picture, word, depth_unit);
         let pixels = state::read_planes(&self.picture, &state::film_part(&predict), &mut sum);
+        let auxiliary = has_auxiliary.then(|| {
+            let predict = |picture: &Picture, word: &str| auxiliary::predict(picture, word, unit);
+            state::read_planes(&self.picture, &auxiliary::part(&predict), &mut sum)
+        });
         if self.text("state_hash") != Some(&sum.finish()) {
             return Err("its channels are not as svetlo wrote them: some were changed or are missing".into());
         }
@@ -150,7 +167,8 @@ impl Saved {
             device_time: self.seconds("seconds_device")?,
         };
         let (wall, build) = (self.seconds("seconds_wall")?, self.seconds("seconds_build")?);
-        Ok(SavedFilm { pixels, spent: Spent { progress, wall, build } })
+        let paths = plan.method.paths.then(|| PathLedger::read(&self.picture.metadata)).transpose()?;
+        Ok(SavedFilm { pixels, auxiliary, paths, spent: Spent { progress, wall, build } })
     }
 }
 

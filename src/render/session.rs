@@ -1,8 +1,9 @@
 //! A session: one render on one device, from upload to film.
 
+use super::auxiliary::Auxiliary;
+use super::ledger::{Ledger, PathLedger};
 use super::plan::Plan;
 use super::resume::SavedFilm;
-use super::scattering::{Auxiliary, Ledger, PathLedger};
 use crate::device::{Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, Pacer, Program, ProgramSpec};
 use crate::film::FilmPixel;
 use crate::{Error, Result};
@@ -59,7 +60,10 @@ pub struct Progress {
 /// What paths keep besides the film.
 struct PathBuffers {
     ledgers: Buffer<Ledger>,
+    /// Of every pixel, or a single unused one.
     auxiliary: Buffer<Auxiliary>,
+    /// What the runs before this one did.
+    earlier: PathLedger,
     /// Whether a work-item renders a tile.
     tile_items: bool,
 }
@@ -71,6 +75,7 @@ pub struct Session {
     inputs: Vec<Buffer<u8>>,
     film: Buffer<FilmPixel>,
     paths: Option<PathBuffers>,
+    has_auxiliary: bool,
     tiles: u32,
     pacer: Pacer,
     launch_limit: Option<u64>,
@@ -113,9 +118,13 @@ impl Session {
                 kernel.limit_work_group(1);
             }
             let accounts = if tile_items { tiles as usize } else { (tiles * TILE * TILE) as usize };
-            let pixels = if plan.scene.film.auxiliary { film.len() } else { 1 };
-            let ledgers = Buffer::zeroed(&device, accounts)?;
-            Some(PathBuffers { ledgers, auxiliary: Buffer::zeroed(&device, pixels)?, tile_items })
+            let pixels = if plan.has_auxiliary() { film.len() } else { 1 };
+            Some(PathBuffers {
+                ledgers: Buffer::zeroed(&device, accounts)?,
+                auxiliary: Buffer::zeroed(&device, pixels)?,
+                earlier: PathLedger::default(),
+                tile_items,
+            })
         } else {
             None
         };
@@ -124,6 +133,7 @@ impl Session {
             inputs,
             film,
             paths,
+            has_auxiliary: plan.has_auxiliary(),
             tiles,
             pacer: Pacer::new(LAUNCH_TARGET),
             launch_limit: None,
@@ -211,17 +221,31 @@ impl Session {
     /// [`Error::Failed`] when the device fails.
     pub fn reset(&mut self) -> Result<()> {
         self.film = Buffer::zeroed(&self.device, self.film.len())?;
+        if let Some(paths) = &mut self.paths {
+            paths.ledgers = Buffer::zeroed(&self.device, paths.ledgers.len())?;
+            paths.auxiliary = Buffer::zeroed(&self.device, paths.auxiliary.len())?;
+            paths.earlier = PathLedger::default();
+        }
         self.progress = Progress { launches: self.progress.launches, ..Progress::default() };
         Ok(())
     }
 
-    /// What the paths did, when the method follows paths.
+    /// What the paths of all runs did, when the method follows paths.
     ///
     /// # Errors
     /// [`Error::Failed`] when the device fails.
     pub fn ledger(&self) -> Result<Option<PathLedger>> {
         let Some(paths) = &self.paths else { return Ok(None) };
-        Ok(Some(PathLedger::of(&paths.ledgers.read(&self.device)?)))
+        Ok(Some(PathLedger::of(&paths.ledgers.read(&self.device)?).plus(&paths.earlier)))
+    }
+
+    /// The auxiliary images, row by row from the top, when the scene asks for them and the method makes them.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn auxiliary(&self) -> Result<Option<Vec<Auxiliary>>> {
+        let Some(paths) = self.paths.as_ref().filter(|_| self.has_auxiliary) else { return Ok(None) };
+        Ok(Some(paths.auxiliary.read(&self.device)?))
     }
 
     /// Continues from a film that a session of the same plan left.
@@ -230,6 +254,12 @@ impl Session {
     /// [`Error::Failed`] when the device fails.
     pub fn restore(&mut self, saved: &SavedFilm) -> Result<()> {
         self.film.write(&self.device, 0, &saved.pixels)?;
+        if let Some(paths) = &mut self.paths {
+            paths.earlier = saved.paths.unwrap_or_default();
+            if let Some(pixels) = &saved.auxiliary {
+                paths.auxiliary.write(&self.device, 0, pixels)?;
+            }
+        }
         self.progress = saved.spent.progress;
         self.build_time += saved.spent.build;
         Ok(())

@@ -122,8 +122,8 @@ fn bits(samples: &Samples) -> Cow<'_, [u32]> {
 }
 
 /// What the image's channels say of a word of [`FilmPixel`]. `unit`: scene units per local unit, in which `Z` and the
-/// film's depth are.
-pub(super) fn predict_film(picture: &Picture, word: &str, unit: f64) -> Option<Vec<u32>> {
+/// film's depth are; `None` where `Z` is not that of the film.
+pub(super) fn predict_film(picture: &Picture, word: &str, unit: Option<f64>) -> Option<Vec<u32>> {
     let floats = |name: &str| match picture.channel(name) {
         Some(Samples::F32(values)) => Some(values),
         _ => None,
@@ -142,8 +142,12 @@ pub(super) fn predict_film(picture: &Picture, word: &str, unit: f64) -> Option<V
     }
     match word {
         "count" => Some(samples()?.into_owned()),
-        "depth" => Some(floats("Z")?.iter().map(|&z| ((f64::from(z) / unit) as f32).to_bits()).collect()),
+        "depth" => {
+            let unit = unit?;
+            Some(floats("Z")?.iter().map(|&z| ((f64::from(z) / unit) as f32).to_bits()).collect())
+        }
         "hits" => {
+            unit?;
             let hits = |(&z, &n): (&f32, &u32)| if z > 0.0 { n } else { 0 };
             Some(floats("Z")?.iter().zip(&*samples()?).map(hits).collect())
         }
@@ -206,7 +210,7 @@ mod tests {
     }
 
     fn there_and_back(film: &[FilmPixel], unit: f64) -> Picture {
-        let predict = |picture: &Picture, word: &str| predict_film(picture, word, unit);
+        let predict = |picture: &Picture, word: &str| predict_film(picture, word, Some(unit));
         let mut picture = film_with_its_picture(film, unit);
         let (mut written, mut read) = (Fingerprint::new(), Fingerprint::new());
         add_planes(&mut picture, &film_part(&predict), film, &mut written);

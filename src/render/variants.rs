@@ -1,22 +1,31 @@
 //! Every variant of every program: what `-D` definitions a scene can lead to.
 //!
 //! A method that gains a feature gains it here, so that the tests build it on every device. A test also checks that
-//! the programs of real plans stand in this table.
+//! the programs of real plans stand in this table. The variants of a kernel are far too many to list; they are given by
+//! choices, and by rules about which go together.
 
 use crate::device::ProgramSpec;
 
-/// A definition and the values it takes; `""` is "not defined".
-type Choice = (&'static str, &'static [&'static str]);
+/// What is chosen for a program, one of several options: each is a set of definitions.
+#[derive(Clone, Copy)]
+enum Choice {
+    /// A feature that is compiled in or not.
+    Switch(&'static str),
+    /// A definition that always stands, with one of these values.
+    Value(&'static str, &'static [&'static str]),
+    /// Anything else.
+    Sets(&'static [&'static [Define]]),
+}
 
-/// A feature that is compiled in or not.
-const SWITCH: &[&str] = &["", "1"];
+/// A name and its value.
+type Define = (&'static str, &'static str);
 
 /// What every program of a volume may need.
 const COMMON: [Choice; 4] = [
-    ("VOXEL", &["uchar", "char", "ushort", "short", "float"]),
-    ("FILTER_BOX", SWITCH),
-    ("THIN_LENS", SWITCH),
-    ("ENVIRONMENT", SWITCH),
+    Choice::Value("VOXEL", &["uchar", "char", "ushort", "short", "float"]),
+    Choice::Switch("FILTER_BOX"),
+    Choice::Switch("THIN_LENS"),
+    Choice::Switch("ENVIRONMENT"),
 ];
 
 /// The variants of one kernel.
@@ -33,7 +42,7 @@ pub struct Family {
 }
 
 /// All kernels that render.
-pub const FAMILIES: [Family; 3] = [
+pub const FAMILIES: [Family; 4] = [
     Family { entry: "render/mip.cl", kernel: "render_mip", own: &[], needs: &[], excludes: &[] },
     Family {
         entry: "render/isosurface.cl",
@@ -46,97 +55,224 @@ pub const FAMILIES: [Family; 3] = [
         entry: "render/emission_absorption.cl",
         kernel: "render_emission_absorption",
         own: &[
-            ("TF_2D", SWITCH),
-            ("STEP", SWITCH),
-            ("JITTER", SWITCH),
-            ("LINEAR_COMPOSITING", SWITCH),
-            ("TRANSMITTANCE_ONLY", SWITCH),
-            ("LANES", SWITCH),
+            Choice::Switch("TF_2D"),
+            Choice::Switch("STEP"),
+            Choice::Switch("JITTER"),
+            Choice::Switch("LINEAR_COMPOSITING"),
+            Choice::Switch("TRANSMITTANCE_ONLY"),
+            Choice::Switch("LANES"),
         ],
         needs: &[("JITTER", &["STEP"]), ("LINEAR_COMPOSITING", &["STEP"]), ("LANES", &["STEP", "TF_2D"])],
         excludes: &[("LINEAR_COMPOSITING", "TRANSMITTANCE_ONLY")],
     },
+    Family {
+        entry: "render/scattering.cl",
+        kernel: "render_scattering",
+        own: &[
+            // Lanes of CPUs take a tile per work-item.
+            Choice::Sets(&[
+                &[("WIDTH", "1")],
+                &[("WIDTH", "4"), ("PIXELS", "64")],
+                &[("WIDTH", "8"), ("PIXELS", "64")],
+                &[("WIDTH", "16"), ("PIXELS", "64")],
+            ]),
+            // The extinction: from the table, a line, one number that is looked up, or one that is not.
+            Choice::Sets(&[
+                &[],
+                &[("SIGMA_RAMP", "1")],
+                &[("CONSTANT_SIGMA", "1")],
+                &[("CONSTANT_SIGMA", "1"), ("CLOSED_FORM", "1")],
+            ]),
+            Choice::Sets(&[
+                &[("PHASE_ISOTROPIC", "1")],
+                &[("PHASE_HG", "1")],
+                &[("PHASE_RAYLEIGH", "1")],
+                &[("PHASE_TWO_LOBE", "1")],
+            ]),
+            Choice::Switch("TF_2D"),
+            Choice::Switch("CONSTANT_ALBEDO"),
+            Choice::Switch("CHROMATIC"),
+            Choice::Switch("EMISSION"),
+            Choice::Switch("GREY"),
+            Choice::Switch("CONTROL"),
+            Choice::Switch("SAMPLE_LIGHTS"),
+            Choice::Switch("RECTANGLES"),
+            Choice::Switch("AUXILIARY"),
+        ],
+        needs: &[("RECTANGLES", &["SAMPLE_LIGHTS"])],
+        excludes: &[
+            ("SIGMA_RAMP", "TF_2D"),
+            ("GREY", "CHROMATIC"),
+            ("GREY", "ENVIRONMENT"),
+            ("CONTROL", "ENVIRONMENT"),
+        ],
+    },
 ];
 
-impl Family {
-    fn choices(&self) -> Vec<Choice> {
-        self.own.iter().chain(&COMMON).copied().collect()
-    }
-
-    /// All variants that a scene can lead to.
-    pub fn variants(&self) -> Vec<ProgramSpec> {
-        let mut variants = vec![ProgramSpec::new(self.entry)];
-        for (name, values) in self.choices() {
-            variants = variants
-                .iter()
-                .flat_map(|spec| {
-                    values.iter().map(|value| match *value {
-                        "" => spec.clone(),
-                        value => spec.clone().define(name, value),
-                    })
-                })
-                .collect();
+impl Choice {
+    /// The definitions of every option.
+    fn options(self) -> Vec<Vec<Define>> {
+        match self {
+            Self::Switch(name) => vec![vec![], vec![(name, "1")]],
+            Self::Value(name, values) => values.iter().map(|&value| vec![(name, value)]).collect(),
+            Self::Sets(sets) => sets.iter().map(|set| set.to_vec()).collect(),
         }
-        variants.retain(|spec| self.allows(spec));
-        variants
+    }
+}
+
+/// An option taken in each of the first choices; `None` where it is still open.
+type Taken = Vec<Option<usize>>;
+
+/// Two options that stand together: numbers of choices, the first smaller, and of their options.
+type Pair = [(usize, usize); 2];
+
+impl Family {
+    fn choices(&self) -> Vec<Vec<Vec<Define>>> {
+        self.own.iter().chain(&COMMON).map(|choice| choice.options()).collect()
     }
 
-    /// Few variants in which every pair of choices that goes together stands at least once: the errors that
+    /// Few variants in which every two options that can stand together do so at least once: the errors that
     /// specialisation can make are between two features, rarely between three.
+    ///
+    /// Each variant starts with a pair that no earlier one has, and takes, choice by choice, what brings most more.
     pub fn covering_variants(&self) -> Vec<ProgramSpec> {
-        let all: Vec<(ProgramSpec, Vec<Pair>)> =
-            self.variants().into_iter().map(|spec| (spec.clone(), self.pairs(&spec))).collect();
-        let mut open: Vec<&Pair> = all.iter().flat_map(|(_, pairs)| pairs).collect();
-        open.sort_unstable();
-        open.dedup();
+        let choices = self.choices();
+        let mut open = self.pairs();
         let mut chosen = Vec::new();
-        while !open.is_empty() {
-            let news = |pairs: &[Pair]| pairs.iter().filter(|pair| open.binary_search(pair).is_ok()).count();
-            let Some((spec, pairs)) = all.iter().max_by_key(|(_, pairs)| news(pairs)) else { break };
-            open.retain(|pair| !pairs.contains(pair));
-            chosen.push(spec.clone());
+        while let Some(&first) = open.first() {
+            let mut taken: Taken = vec![None; choices.len()];
+            first.iter().for_each(|&(choice, option)| taken[choice] = Some(option));
+            let gain = |taken: &Taken| open.iter().filter(|pair| stands_in(pair, taken)).count();
+            while taken.contains(&None) {
+                // The choice and option that bring most; of equals the first, so that the list is always the same.
+                let candidates = (0..choices.len())
+                    .filter(|&choice| taken[choice].is_none())
+                    .flat_map(|choice| (0..choices[choice].len()).map(move |option| (choice, option)));
+                let mut best: Option<(usize, Taken)> = None;
+                for (choice, option) in candidates {
+                    let mut with = taken.clone();
+                    with[choice] = Some(option);
+                    let gain = gain(&with);
+                    if best.as_ref().is_none_or(|(most, _)| gain > *most)
+                        && self.completes(&choices, &mut with.clone())
+                    {
+                        best = Some((gain, with));
+                    }
+                }
+                let Some((_, with)) = best else { break };
+                taken = with;
+            }
+            open.retain(|pair| !stands_in(pair, &taken));
+            chosen.push(self.spec(&choices, &taken));
         }
         chosen
     }
 
-    fn allows(&self, spec: &ProgramSpec) -> bool {
-        let has = |name: &str| spec.defines.iter().any(|(defined, _)| *defined == name);
-        self.needs.iter().all(|(name, others)| !has(name) || others.iter().any(|other| has(other)))
-            && self.excludes.iter().all(|(a, b)| !(has(a) && has(b)))
+    /// All pairs of options that can stand together.
+    fn pairs(&self) -> Vec<Pair> {
+        let choices = self.choices();
+        let mut pairs = Vec::new();
+        for (b, options) in choices.iter().enumerate() {
+            for (a, others) in choices[..b].iter().enumerate() {
+                let both = (0..others.len()).flat_map(|i| (0..options.len()).map(move |j| [(a, i), (b, j)]));
+                pairs.extend(both.filter(|pair| {
+                    let mut taken: Taken = vec![None; choices.len()];
+                    pair.iter().for_each(|&(choice, option)| taken[choice] = Some(option));
+                    self.completes(&choices, &mut taken)
+                }));
+            }
+        }
+        pairs
     }
 
-    fn pairs(&self, spec: &ProgramSpec) -> Vec<Pair> {
-        let value = |name: &'static str| {
-            let define = spec.defines.iter().find(|(defined, _)| *defined == name);
-            (name, define.map_or(String::new(), |(_, value)| value.clone()))
-        };
-        let values: Vec<_> = self.choices().into_iter().map(|(name, _)| value(name)).collect();
-        let later = |i: usize| values[i + 1..].iter().cloned();
-        (0..values.len())
-            .flat_map(|i| later(i).map(move |b| (i, b)))
-            .map(|(i, b)| (values[i].clone(), b))
-            .collect()
+    /// Whether the open choices can be taken so that the rules hold; takes them.
+    fn completes(&self, choices: &[Vec<Vec<Define>>], taken: &mut Taken) -> bool {
+        if !self.may_become_allowed(&names(choices, taken), taken.contains(&None)) {
+            return false;
+        }
+        let Some(open) = taken.iter().position(Option::is_none) else { return true };
+        for option in 0..choices[open].len() {
+            taken[open] = Some(option);
+            if self.completes(choices, taken) {
+                return true;
+            }
+        }
+        taken[open] = None;
+        false
+    }
+
+    /// Whether definitions of these names go together; while choices are open, what they need may still come.
+    fn may_become_allowed(&self, names: &[&str], open: bool) -> bool {
+        let has = |name: &&str| names.contains(name);
+        self.excludes.iter().all(|(a, b)| !(has(a) && has(b)))
+            && (open
+                || self
+                    .needs
+                    .iter()
+                    .all(|(name, others)| !has(name) || others.iter().any(|other| has(other))))
+    }
+
+    fn spec(&self, choices: &[Vec<Vec<Define>>], taken: &Taken) -> ProgramSpec {
+        let options = choices.iter().zip(taken).flat_map(|(options, &option)| &options[option.unwrap_or(0)]);
+        options.fold(ProgramSpec::new(self.entry), |spec, &(name, value)| spec.define(name, value))
+    }
+
+    /// Whether each choice of the family is made once by these definitions, nothing is left over, and the rules hold.
+    fn lists(&self, spec: &ProgramSpec) -> bool {
+        let mut left: Vec<(&str, &str)> =
+            spec.defines.iter().map(|(name, value)| (*name, value.as_str())).collect();
+        let names: Vec<&str> = left.iter().map(|(name, _)| *name).collect();
+        for options in self.choices() {
+            let of_choice = |name: &str| options.iter().flatten().any(|(known, _)| *known == name);
+            let (mut mine, rest): (Vec<_>, Vec<_>) = left.into_iter().partition(|(name, _)| of_choice(name));
+            left = rest;
+            mine.sort_unstable();
+            let stands = options.iter().any(|option| {
+                let mut option = option.clone();
+                option.sort_unstable();
+                option == mine
+            });
+            if !stands {
+                return false;
+            }
+        }
+        left.is_empty() && self.may_become_allowed(&names, false)
     }
 }
 
-/// Two choices of one variant.
-type Pair = ((&'static str, String), (&'static str, String));
+fn stands_in(pair: &Pair, taken: &Taken) -> bool {
+    pair.iter().all(|&(choice, option)| taken[choice] == Some(option))
+}
+
+/// The names that the options taken so far define.
+fn names(choices: &[Vec<Vec<Define>>], taken: &Taken) -> Vec<&'static str> {
+    let options = choices.iter().zip(taken).filter_map(|(options, &option)| Some(&options[option?]));
+    options.flatten().map(|(name, _)| *name).collect()
+}
 
 /// Whether `spec` (its definitions in any order) stands in the table.
 pub fn is_listed(spec: &ProgramSpec) -> bool {
-    let sorted = |spec: &ProgramSpec| {
-        let mut defines = spec.defines.clone();
-        defines.sort();
-        defines
-    };
-    let wanted = sorted(spec);
-    let families = FAMILIES.iter().filter(|family| family.entry == spec.entry);
-    families.flat_map(Family::variants).any(|variant| sorted(&variant) == wanted)
+    FAMILIES.iter().any(|family| family.entry == spec.entry && family.lists(spec))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// All variants, for families small enough.
+    fn all(family: &Family) -> Vec<ProgramSpec> {
+        let choices = family.choices();
+        let mut all: Vec<Taken> = vec![vec![]];
+        for options in &choices {
+            let with = |taken: Taken| {
+                (0..options.len())
+                    .map(move |option| [&taken[..], &[Some(option)]].concat())
+                    .collect::<Vec<_>>()
+            };
+            all = all.into_iter().flat_map(with).collect();
+        }
+        all.iter().map(|taken| family.spec(&choices, taken)).filter(|spec| family.lists(spec)).collect()
+    }
 
     #[test]
     fn the_table_has_the_variants_it_should() {
@@ -144,21 +280,82 @@ mod tests {
         // in lanes or not, except per cell with a 1-D function.
         let one_d = 2 + 2 * 6;
         let two_d = 2 * (2 + 6);
-        assert_eq!(FAMILIES.each_ref().map(|family| family.variants().len()), [40, 40, 40 * (one_d + two_d)]);
+        let counts: Vec<usize> = FAMILIES[..3].iter().map(|family| all(family).len()).collect();
+        assert_eq!(counts, [40, 40, 40 * (one_d + two_d)]);
+    }
+
+    #[test]
+    fn definitions_stand_in_the_table_by_its_rules() {
+        let base = ProgramSpec::new("render/scattering.cl").define("VOXEL", "float").define("PHASE_HG", 1);
+        let one = base.clone().define("WIDTH", 1);
+        assert!(is_listed(&one));
+        assert!(is_listed(&base.clone().define("PIXELS", 64).define("WIDTH", 8).define("GREY", 1)));
+        assert!(is_listed(&one.clone().define("RECTANGLES", 1).define("SAMPLE_LIGHTS", 1)));
+        let wrong = [
+            base.clone(),
+            base.clone().define("WIDTH", 8),
+            base.define("WIDTH", 2),
+            one.clone().define("PHASE_RAYLEIGH", 1),
+            one.clone().define("CLOSED_FORM", 1),
+            one.clone().define("GREY", 2),
+            one.clone().define("GREY", 1).define("CHROMATIC", 1),
+            one.clone().define("RECTANGLES", 1),
+            one.clone().define("UNHEARD_OF", 1),
+            one.define("VOXEL", "char"),
+            ProgramSpec::new("render/none.cl"),
+        ];
+        for spec in wrong {
+            assert!(!is_listed(&spec), "{}", spec.options());
+        }
     }
 
     #[test]
     fn few_variants_cover_every_pair() {
-        for family in &FAMILIES {
-            let pairs = |variants: Vec<ProgramSpec>| {
-                let mut pairs: Vec<Pair> = variants.iter().flat_map(|spec| family.pairs(spec)).collect();
-                pairs.sort();
-                pairs.dedup();
-                pairs
-            };
+        // Two choices of 5 and 4 options alone take 20.
+        for (family, most) in FAMILIES.iter().zip([12, 12, 16, 26]) {
             let covering = family.covering_variants();
-            assert!(covering.len() <= 16, "{}: {}", family.entry, covering.len());
-            assert_eq!(pairs(covering), pairs(family.variants()));
+            assert!(covering.iter().all(|spec| family.lists(spec)));
+            assert!(covering.len() <= most, "{}: {}", family.entry, covering.len());
+            let choices = family.choices();
+            for pair in family.pairs() {
+                let defines = pair.map(|(choice, option)| &choices[choice][option]);
+                let names = pair.map(|(choice, _)| choices[choice].iter().flatten().map(|(name, _)| *name));
+                let names: Vec<&str> = names.into_iter().flatten().collect();
+                let stands = |spec: &&ProgramSpec| {
+                    let mine = spec.defines.iter().filter(|(name, _)| names.contains(name));
+                    let mut mine: Vec<(&str, &str)> =
+                        mine.map(|(name, value)| (*name, value.as_str())).collect();
+                    let mut wanted: Vec<(&str, &str)> = defines.into_iter().flatten().copied().collect();
+                    mine.sort_unstable();
+                    wanted.sort_unstable();
+                    mine == wanted
+                };
+                assert_eq!(covering.iter().filter(stands).count().min(1), 1, "{defines:?}");
+            }
         }
+    }
+
+    #[test]
+    fn pairs_that_the_rules_forbid_are_none() {
+        let family = &FAMILIES[3];
+        let choices = family.choices();
+        let defined =
+            |(choice, option): (usize, usize)| choices[choice][option].iter().map(|(name, _)| *name);
+        let stands = |a: &str, b: &str| {
+            let both = |pair: &Pair| {
+                let [x, y] = pair.map(|end| defined(end).collect::<Vec<_>>());
+                x.contains(&a) && y.contains(&b) || x.contains(&b) && y.contains(&a)
+            };
+            family.pairs().iter().any(both)
+        };
+        assert!(stands("RECTANGLES", "GREY"));
+        assert!(!stands("CONTROL", "ENVIRONMENT"));
+        assert!(!stands("TF_2D", "SIGMA_RAMP"));
+        // What an option needs rules out the option without it.
+        let [a, b] = ["SAMPLE_LIGHTS", "RECTANGLES"].map(|name| {
+            choices.iter().position(|options| options[1..].iter().flatten().any(|(n, _)| *n == name))
+        });
+        let pair = [(a.unwrap(), 0), (b.unwrap(), 1)];
+        assert!(!family.pairs().contains(&pair));
     }
 }

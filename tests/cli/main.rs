@@ -10,5 +10,6 @@ mod examples;
 mod interrupt;
 mod output;
 mod resume;
+mod scattering;
 mod support;
 mod surroundings;

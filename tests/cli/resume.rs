@@ -68,6 +68,72 @@ fn three_of_eight_samples_and_the_rest_are_one_render() {
     }
 }
 
+const SCATTERING: [&str; 4] = [
+    "--set",
+    "method={ kind = \"multiple-scattering\", max_order = 2 }",
+    "--set",
+    "transfer={ points = [{ value = 0, opacity = 0 }, { value = 1, opacity = 1, color = [0.9, 0.6, 0.3] }] }",
+];
+
+#[test]
+fn paths_and_auxiliary_images_go_on_too() {
+    let folder = Folder::new();
+    let run = |more: &[&str]| {
+        let auxiliary = ["--set", "film.auxiliary=true", "--set", "background.color=1"];
+        render(&folder, &[&SCATTERING[..], &auxiliary, more].concat())
+    };
+    let whole = run(&["--samples", "8", "-o", "whole.exr"]);
+    run(&["--samples", "3"]);
+    let resumed = run(&["--samples", "8", "--resume"]);
+    assert_same(&folder, "scene.exr", "whole.exr");
+    let (after, before) = (folder.image("scene.exr"), folder.image("whole.exr"));
+    for channel in ["albedo.G", "normal.Z", "transmittance", "Z"] {
+        assert!(words(after.channel(channel).unwrap()).iter().any(|&word| word != 0), "{channel}");
+    }
+    for key in ["paths", "null_collisions", "above_majorant", "unfinished"] {
+        assert_eq!(number(&after, key), number(&before, key), "{key}");
+    }
+    assert!(number(&after, "paths") > 0.0);
+    for key in ["count", "lookups", "collisions", "null_collisions", "unfinished"] {
+        assert_eq!(resumed["paths"][key], whole["paths"][key], "{key}");
+    }
+    for key in ["escaped", "absorbed", "cut", "gained"] {
+        // Each sample's sum is rounded to float32 when it is added.
+        let bound = f64::from(f32::EPSILON);
+        assert!(
+            (number(&after, key) - number(&before, key)).abs() < bound * number(&after, "paths"),
+            "{key}"
+        );
+        let [a, b] = [&resumed, &whole].map(|summary| summary["paths"][key].as_f64().unwrap());
+        assert!((a - b).abs() < bound, "{key}");
+    }
+    // Nothing is lost: each path's weight escapes, is absorbed or cut. 1e-6: a rounding of float32 per event.
+    assert!(whole["paths"]["imbalance"].as_f64().unwrap().abs() < 1e-6, "{whole}");
+    assert!(whole["paths"]["cut"].as_f64().unwrap() > 1e-3, "{whole}");
+}
+
+#[test]
+fn auxiliary_images_are_there_from_the_start_or_not_at_all() {
+    let folder = Folder::new();
+    for (then, now) in [("true", "false"), ("false", "true")] {
+        let set = |value: &str| format!("film.auxiliary={value}");
+        render(&folder, &[&SCATTERING[..], &["--samples", "2", "--set", &set(then)]].concat());
+        let needle =
+            format!("it was rendered with film.auxiliary = {then}, this render has film.auxiliary = {now}");
+        refuses(&folder, &[&SCATTERING[..], &["--set", &set(now)]].concat(), &needle);
+    }
+}
+
+#[test]
+fn a_scattering_image_without_its_ledger_is_refused() {
+    let folder = Folder::new();
+    render(&folder, &[&SCATTERING[..], &["--samples", "2"]].concat());
+    let mut picture = folder.image("scene.exr");
+    picture.metadata.remove("svetlo.escaped");
+    write_exr(&folder.path("scene.exr"), &picture).unwrap();
+    refuses(&folder, &SCATTERING, "its header lacks svetlo.escaped");
+}
+
 #[test]
 fn a_stop_by_time_within_a_sample_leaves_no_trace() {
     let folder = Folder::new();

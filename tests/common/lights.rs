@@ -125,7 +125,11 @@ impl Lit {
             .map(|(point, direction)| [float4(self.local.point(*point), 1.0), float4(*direction, 0.0)])
             .collect();
         let sky = if self.map.is_some() { "found.pdf = environment_pdf(frame, sums, b);\n" } else { "" };
-        let body = format!("{sky}found.weight = rectangle_hits(frame, lights, a, b, {t_max}, {phase_pdf});");
+        let body = format!(
+            "{sky}for (uint i = 0; i < frame->rectangle_count; ++i) {{\n\
+             float t = rectangle_distance(lights + i, a, b, 0.0f);\n\
+             if (t < {t_max}) found.weight += rectangle_radiance(lights + i, b, t, {phase_pdf}); }}"
+        );
         self.probe(&body, &pairs)
     }
 }
