@@ -67,7 +67,8 @@ INLINE void see_rectangles(struct PathLanes *path, const struct FlightLanes *f, 
 }
 #endif
 
-// Adds what the lanes of `mask` see: the background behind the medium, and rectangles.
+// Adds what the lanes of `mask` see: rectangles, and what the background behind the medium differs by from the radiance
+// that light is counted from.
 INLINE void see_lights(struct PathLanes *path, const struct FlightLanes *f, const struct RayLanes *ray,
     const struct MediumTables *m, const struct Surroundings *s, struct Tally *tally, uint sample, Ints mask) {
     Reals through[TRACKED];
@@ -75,11 +76,8 @@ INLINE void see_lights(struct PathLanes *path, const struct FlightLanes *f, cons
         through[c] = f->through[c];
     }
 #if !defined(ENVIRONMENT)
-    float4 background = m->frame->background;
-#ifdef CONTROL
-    background = (float4)(0.0f);
-#endif
-    bool bright = background.x > 0.0f || background.y > 0.0f || background.z > 0.0f;
+    float4 background = m->frame->background - m->method->control;
+    bool bright = background.x != 0.0f || background.y != 0.0f || background.z != 0.0f;
 #ifndef RECTANGLES
     if (!bright) {
         return;
@@ -118,7 +116,7 @@ INLINE void see_lights(struct PathLanes *path, const struct FlightLanes *f, cons
         }
         float4 direction = (float4)(dx.lane[i], dy.lane[i], dz.lane[i], 0.0f);
         float4 radiance = (float4)(0.0f);
-        radiance.xyz = background_radiance(m->frame, s->environment, direction.xyz)
+        radiance.xyz = (background_radiance(m->frame, s->environment, direction.xyz) - m->method->control.xyz)
             * balance(pdf.lane[i], environment_pdf(m->frame, s->environment_sums, direction));
         for (int c = 0; c < CHANNELS; ++c) {
             seen[c].lane[i] = channel_of(radiance, c);

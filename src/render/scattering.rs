@@ -100,7 +100,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let parameters = Scattering {
         low,
         high,
-        control: control(input, &lights),
+        control: if estimates && !constant_sigma { [0.0; 4] } else { control(input, &lights) },
         albedo: float4(std::array::from_fn(|c| albedo[c] * constant_albedo.unwrap_or([1.0; 3])[c]), 0.0),
         phase: phase_parameters(scene.phase),
         extinction: float4(extinction, 0.0),

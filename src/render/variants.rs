@@ -94,17 +94,19 @@ pub const FAMILIES: [Family; 4] = [
             Choice::Switch("CHROMATIC"),
             Choice::Switch("EMISSION"),
             Choice::Switch("GREY"),
-            Choice::Switch("CONTROL"),
             Choice::Switch("SAMPLE_LIGHTS"),
             Choice::Switch("RECTANGLES"),
+            Choice::Switch("EQUIANGULAR"),
+            Choice::Sets(&[&[], &[("TRANSMITTANCE_RESIDUAL", "1")], &[("TRANSMITTANCE_MARCHING", "1")]]),
             Choice::Switch("AUXILIARY"),
         ],
-        needs: &[("RECTANGLES", &["SAMPLE_LIGHTS"])],
+        needs: &[("RECTANGLES", &["SAMPLE_LIGHTS"]), ("EQUIANGULAR", &["SAMPLE_LIGHTS"])],
         excludes: &[
             ("SIGMA_RAMP", "TF_2D"),
             ("GREY", "CHROMATIC"),
             ("GREY", "ENVIRONMENT"),
-            ("CONTROL", "ENVIRONMENT"),
+            ("TRANSMITTANCE_RESIDUAL", "CONSTANT_SIGMA"),
+            ("TRANSMITTANCE_MARCHING", "CONSTANT_SIGMA"),
         ],
     },
 ];
@@ -349,7 +351,6 @@ mod tests {
             family.pairs().iter().any(both)
         };
         assert!(stands("RECTANGLES", "GREY"));
-        assert!(!stands("CONTROL", "ENVIRONMENT"));
         assert!(!stands("TF_2D", "SIGMA_RAMP"));
         // What an option needs rules out the option without it.
         let [a, b] = ["SAMPLE_LIGHTS", "RECTANGLES"].map(|name| {
