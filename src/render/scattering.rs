@@ -80,7 +80,8 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let constant_albedo = majorants.constant_color.or((majorants.largest == 0.0).then_some([0.0; 3]));
     // Where only the extinction is the same everywhere, collisions still look colours up by their values.
     let constant_sigma = majorants.constant.is_some() && constant_albedo.is_some() && emission.is_none();
-    let estimates = matches!(settings.transmittance, Transmittance::ResidualRatio | Transmittance::RayMarching);
+    let estimates =
+        matches!(settings.transmittance, Transmittance::ResidualRatio | Transmittance::RayMarching);
     // Estimates that know the bounds of a constant medium know all.
     let auto = settings.transmittance == Transmittance::Auto && settings.majorant_scale == 1.0;
     let closed_form = constant_sigma && (auto || estimates);
