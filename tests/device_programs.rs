@@ -61,6 +61,8 @@ fn the_programs_of_scattering_scenes_stand_in_the_table() {
         "kind = \"single-scattering\"",
         "kind = \"multiple-scattering\"\nmax_order = 3",
         "kind = \"multiple-scattering\"\ntransmittance = \"analog\"\nmajorant_scale = 2",
+        "kind = \"multiple-scattering\"\ntransmittance = \"residual-ratio\"",
+        "kind = \"single-scattering\"\ntransmittance = \"ray-marching\"",
     ];
     let ramp = "points = [{ value = 0, opacity = 0 }, { value = 1, opacity = 1 }]";
     let flat = "points = [{ value = 0, opacity = 1, color = [0.9, 0.5, 0.1] }]";

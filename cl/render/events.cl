@@ -139,7 +139,7 @@ INLINE Ints scatter(struct PathLanes *path, struct FlightLanes *f, const struct 
     Ints on = hit & (uniform_lanes(path->strata[1]) < chance);
     Reals reached = mean_channels(before);
     tally->gained += PICK(zero, PICK(-reached, reached / chance - reached, on), hit);
-    Reals albedo[CHANNELS], emission[CHANNELS], absorbed[CHANNELS];
+    Reals albedo[CHANNELS], emission[CHANNELS], absorbed[CHANNELS], after[CHANNELS];
     look_up_colors(f, m, s, on, albedo, emission);
     Ints cut = on & (path->order >= m->method->max_order);
     Reals largest = zero;
@@ -150,14 +150,21 @@ INLINE Ints scatter(struct PathLanes *path, struct FlightLanes *f, const struct 
         float control = channel_of(m->method->control, c);
         Reals lost = PICK(zero, scattered * control, cut);
         path->light[c] += PICK(zero, absorbed[c] * (emission[c] - control) - lost, on);
-        path->throughput[c] = PICK(path->throughput[c], scattered, on);
+        after[c] = scattered;
         largest = max(largest, scattered);
     }
     tally->absorbed += PICK(zero, mean_channels(absorbed), on);
-    tally->cut += PICK(zero, mean_channels(path->throughput), cut);
-    path->order = PICK(path->order, path->order + 1, on & NOT(cut));
-    path->vertex = pick_points(path->vertex, points_in_box(m->method, f->place), on);
-    return on & NOT(cut) & (largest > 0.0f);
+    tally->cut += PICK(zero, mean_channels(after), cut);
+    // A path that is cut may have other flights to come from its last collision.
+    Ints further = on & NOT(cut);
+    for (int c = 0; c < CHANNELS; ++c) {
+        path->throughput[c] = PICK(path->throughput[c], after[c], further);
+    }
+    path->order = PICK(path->order, path->order + 1, further);
+    path->vertex = pick_points(path->vertex, points_in_box(m->method, f->place), further);
+    path->incoming = pick_points(path->incoming, path->direction, further);
+    path->flights = PICK(path->flights, (Ints)(m->method->flights), further);
+    return further & (largest > 0.0f);
 }
 
 // Russian roulette: ends paths of small throughput at random. Returns the lanes that go on.
@@ -177,6 +184,9 @@ INLINE Ints play_roulette(struct PathLanes *path, const struct MediumTables *m, 
     }
     return on;
 }
+
+// The inverse of the golden ratio: its multiples spread evenly over a turn.
+#define GOLDEN_TURN 0.618033989f
 
 // Takes the paths whose rays have ended to their next rays. Returns the lanes whose paths have ended.
 INLINE Ints take_turns(struct PathLanes *path, struct FlightLanes *f, struct RayLanes *ray, const struct MediumTables *m,
@@ -227,12 +237,27 @@ INLINE Ints take_turns(struct PathLanes *path, struct FlightLanes *f, struct Ray
     turning = shadow;
 #endif
     Ints flying = play_roulette(path, m, tally, random[2], turning);
+    if (m->method->flights == 0) {
+        // A flight would see nothing.
+        tally->cut += PICK(zero, mean_channels(path->throughput), flying);
+        flying = (Ints)(0);
+    }
+    float share = 1.0f / (float)max(m->method->flights, 1);
+    for (int c = 0; c < CHANNELS; ++c) {
+        path->throughput[c] = PICK(path->throughput[c], share * path->throughput[c], flying);
+    }
+    flying = flying | (other & NOT(scattered) & (path->ray == FLIGHT) & (path->flights > 0));
     if (ANY(flying)) {
+        // Several flights from one collision are spread evenly, from a random start.
+        path->flights -= PICK((Ints)(0), (Ints)(1), flying);
+        Reals turned = TO_REALS(path->flights);
         Ints once = path->order == 1;
-        Reals u = uniform_lanes(PICK(random[0], path->strata[2], once));
-        Reals v = uniform_lanes(PICK(random[1], path->strata[3], once));
+        Reals u = uniform_lanes(PICK(random[0], path->strata[2], once)) + share * turned;
+        Reals v = uniform_lanes(PICK(random[1], path->strata[3], once)) + turned * GOLDEN_TURN;
+        u = min(u - floor(u), 1.0f - 0x1p-24f);
+        v = min(v - floor(v), 1.0f - 0x1p-24f);
         Reals pdf;
-        struct Points direction = phase_sample(phase_parameters(m), path->direction, u, v, &pdf);
+        struct Points direction = phase_sample(phase_parameters(m), path->incoming, u, v, &pdf);
         path->direction = pick_points(path->direction, direction, flying);
         path->pdf = PICK(path->pdf, pdf, flying);
         path->ray = PICK(path->ray, (Ints)(FLIGHT), flying);
@@ -324,10 +349,11 @@ INLINE struct PathLanes idle_paths(void) {
     struct PathLanes path;
     Reals zero = (Reals)(0.0f);
     path.ray = (Ints)(NO_RAY);
-    path.slot = path.order = (Ints)(0);
+    path.slot = path.order = path.flights = (Ints)(0);
     path.pixel = path.path = path.block = path.lookups = path.stream[0] = path.stream[1] = (Words)(0u);
     path.direction = points((Reals)(1.0f), zero, zero);
     path.vertex = points(zero, zero, zero);
+    path.incoming = path.direction;
     path.opacity = path.pdf = path.eye = zero;
     for (int c = 0; c < CHANNELS; ++c) {
         path.throughput[c] = path.light[c] = path.pending[c] = zero;

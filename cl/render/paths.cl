@@ -30,7 +30,9 @@ struct PathLanes {
     Words lookups;             // ... and by tentative collisions, which count in a stream of their own:
     Words stream[2];           // drawn at the path's start
     Ints order;                // scatterings so far
+    Ints flights;              // flights still to come from the last collision
     struct Points direction;   // of propagation, local
+    struct Points incoming;    // the direction with which it reached the last collision
     struct Points vertex;      // the last collision, grid coordinates
     Reals throughput[CHANNELS];
     Reals light[CHANNELS];     // collected

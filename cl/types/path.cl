@@ -18,6 +18,10 @@ struct Scattering {
     int max_order;           // largest number of scatterings, 2^31 - 1 for no limit
     uint paths;              // paths per sample and pixel
     float mean_sigma;        // mean extinction of the box per local unit, roughly
+    int flights;             // flights from each collision: 1 where paths go on from them, 0 where they would see nothing
+    uint pad_0;
+    uint pad_1;
+    uint pad_2;
 };
 
 // What the paths of a tile did, summed over its pixels and samples. Energies are weights of paths that start with 1,

@@ -50,6 +50,14 @@ device_struct! {
         pub paths: u32,
         /// Mean extinction of the box per local unit, roughly.
         pub mean_sigma: f32,
+        /// Flights from each collision.
+        pub flights: i32,
+        /// Padding.
+        pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
+        /// Padding.
+        pub pad_2: u32,
     }
 }
 
@@ -117,6 +125,10 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         max_order,
         paths: settings.paths.unwrap_or(DEFAULT_PATHS),
         mean_sigma: (occupied_sigma * largest) as f32,
+        flights: flights(input, &lights, single, emission.is_some()),
+        pad_0: 0,
+        pad_1: 0,
+        pad_2: 0,
     };
     let spec = ProgramSpec::new("render/scattering.cl")
         .define(phase_define(scene.phase), "1")
@@ -192,6 +204,10 @@ const DEFAULT_PATHS: u32 = 8;
 /// on the cloud more brings no less noise.
 const SPLIT: f32 = 2.0;
 
+/// Flights from each collision of single scattering: they are what brings the background's light, and cost less than
+/// the way to the collision. Measured on the cloud: 4 are 1.6 times as efficient as 1; 3 and 6 come near.
+const FLIGHTS: i32 = 4;
+
 /// Paths end at random from this throughput on.
 const ROULETTE_START: f32 = 0.3;
 
@@ -234,6 +250,23 @@ fn thresholds(transmittance: Transmittance, single: bool, closed_form: bool) -> 
         _ if closed_form => [0.0, 0.0, flight(0.0)],
         // The others' estimates are made apart from the collisions.
         _ => [SWITCH, SWITCH, flight(SWITCH)],
+    }
+}
+
+/// How many flights to send from each collision.
+fn flights(input: &MethodInput<'_>, lights: &Lights, single: bool, emission: bool) -> i32 {
+    let black = matches!(input.scene.background, Background::Constant(color) if color == [0.0; 3]);
+    match (single, black && !lights.has_rectangles() && !emission) {
+        (false, _) => 1,
+        (true, true) => 0,
+        // A sampled map is seen by shadow rays, too.
+        (true, false) => {
+            if lights.environment_pick > 0.0 {
+                1
+            } else {
+                FLIGHTS
+            }
+        }
     }
 }
 
