@@ -211,17 +211,21 @@ INLINE void travel(struct FlightLanes *f, const struct RayLanes *ray, const stru
 
 #endif
 
-// Where a tentative collision is: inside its brick, whatever rounding does, so that the majorant holds.
+// Where a tentative collision is: inside its brick, whatever rounding does, so that the majorant holds. The other lanes
+// are inside the box of what can hold extinction too, wherever their rays went: they read voxels all the same.
 INLINE struct Points flight_points(const struct FlightLanes *f, const struct RayLanes *ray,
-    __constant struct Volume *volume) {
+    const struct MediumTables *m) {
     struct Points p = points(ray->origin.x + f->t * ray->direction.x, ray->origin.y + f->t * ray->direction.y,
         ray->origin.z + f->t * ray->direction.z);
 #ifndef CONSTANT_SIGMA
-    float brick = (float)(1 << volume->bricks.w);
+    float brick = (float)(1 << m->volume->bricks.w);
+    float4 high = m->method->high;
     Reals x = TO_REALS(f->bx) * brick;
     Reals y = TO_REALS(f->by) * brick;
     Reals z = TO_REALS(f->bz) * brick;
-    p = points(clamp(p.x, x, x + brick), clamp(p.y, y, y + brick), clamp(p.z, z, z + brick));
+    // The last bricks reach beyond the voxels.
+    p = points(min(max(p.x, x), min(x + brick, high.x)), min(max(p.y, y), min(y + brick, high.y)),
+        min(max(p.z, z), min(z + brick, high.z)));
 #endif
     return p;
 }
@@ -268,7 +272,7 @@ INLINE Reals sigma_lanes(const struct MediumTables *m, struct Points p, Reals *v
 // majorant.
 INLINE void collide(struct FlightLanes *f, const struct RayLanes *ray, const struct MediumTables *m, Ints mask,
     const Words random[2], Ints *above, Ints *collided) {
-    struct Points p = flight_points(f, ray, m->volume);
+    struct Points p = flight_points(f, ray, m);
     Reals value, row;
     Reals part = sigma_lanes(m, p, &value, &row) / f->majorant;
     *above = mask & (part > 1.0f);
