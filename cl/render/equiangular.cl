@@ -52,7 +52,7 @@ INLINE float angle_pdf(const struct Angles *a, float t) {
 
 // The density of collisions along the part in a medium of the mean extinction.
 INLINE float reference_pdf(const struct Angles *a, float t, float mean_sigma) {
-    return exp(-mean_sigma * (t - a->start)) / (a->length * mean_transmittance(mean_sigma * a->length));
+    return mean_sigma * exp(-mean_sigma * (t - a->start));
 }
 
 // The share of collisions at distance t in the light of a point light.

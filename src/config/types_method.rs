@@ -102,7 +102,7 @@ pub enum MethodConfig {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Transmittance {
-    /// Chosen by the renderer among the unbiased ones.
+    /// Chosen by the renderer.
     #[default]
     Auto,
     /// Delta tracking: 0 or 1 (Woodcock and others 1965).
@@ -111,7 +111,8 @@ pub enum Transmittance {
     Ratio,
     /// Residual ratio tracking: a control extinction exactly, the rest by ratios (Novák and others 2014).
     ResidualRatio,
-    /// By fixed steps: biased, for comparison.
+    /// Unbiased ray marching: a random power series of evenly spaced estimates of the optical depth (Kettunen and others
+    /// 2021).
     RayMarching,
 }
 

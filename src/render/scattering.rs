@@ -64,6 +64,9 @@ device_struct! {
 /// Below this transmittance rays that take parts switch to all or nothing, by measurement on the cloud.
 const SWITCH: f32 = 0.1;
 
+/// Rays of this threshold look for all or nothing: 1 would not do, as rounding lifts what is left above it.
+const ANALOG: f32 = 2.0;
+
 /// Makes the method ready.
 ///
 /// # Errors
@@ -243,9 +246,9 @@ fn phase_define(phase: Phase) -> &'static str {
 
 /// Above which transmittance camera rays, shadow rays and flights take parts.
 fn thresholds(transmittance: Transmittance, single: bool, closed_form: bool) -> [f32; 3] {
-    let flight = |threshold: f32| if single { threshold } else { 1.0 };
+    let flight = |threshold: f32| if single { threshold } else { ANALOG };
     match transmittance {
-        Transmittance::Analog => [1.0; 3],
+        Transmittance::Analog => [ANALOG; 3],
         Transmittance::Ratio => [0.0, 0.0, flight(0.0)],
         _ if closed_form => [0.0, 0.0, flight(0.0)],
         // The others' estimates are made apart from the collisions.
