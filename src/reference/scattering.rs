@@ -181,10 +181,10 @@ impl<'a> Tracer<'a> {
     fn path(&self, mut ray: Ray, factor: f64, mut weight: Rgb, random: &mut Random) -> Rgb {
         let ScatteringMedium { albedo: scale, .. } = self.scene.scattering;
         let mut sum = [0.0; 3];
-        for light in &self.scene.lights {
-            add(&mut sum, weight, self.seen(light, &ray, factor, random));
-        }
         for scatterings in 0.. {
+            for light in &self.scene.lights {
+                add(&mut sum, weight, self.seen(light, &ray, factor, random));
+            }
             let Some(point) = self.collision(&ray, factor, random) else {
                 add(&mut sum, weight, self.background(ray.direction));
                 return sum;
@@ -258,7 +258,7 @@ impl<'a> Tracer<'a> {
         self.depths.ray(ray).depth
     }
 
-    /// Radiance of a light that a camera ray looks at: only rectangles have a face.
+    /// Radiance of a light that a ray looks at, through what lies between: only rectangles have a face.
     fn seen(&self, light: &Light, ray: &Ray, factor: f64, random: &mut Random) -> Rgb {
         let Light::Rectangle { centre, edge_u, edge_v, radiance } = *light else { return [0.0; 3] };
         let normal = edge_u.cross(edge_v);
@@ -277,7 +277,8 @@ impl<'a> Tracer<'a> {
         radiance.map(|l| l * transmittance)
     }
 
-    /// What a light adds to the radiance that leaves `point` against `direction`, per albedo.
+    /// What a light without a face adds to the radiance that leaves `point` against `direction`, per albedo. Rectangles
+    /// are seen by the rays that go on: next to one, the light of a place chosen on it has an infinite variance.
     fn lit(&self, light: &Light, point: DVec3, direction: DVec3, factor: f64, random: &mut Random) -> Rgb {
         let (to_light, distance, irradiance) = match *light {
             Light::Point { position, intensity } => {
@@ -285,14 +286,7 @@ impl<'a> Tracer<'a> {
                 (to.normalize(), to.length(), intensity.map(|i| i / to.length_squared()))
             }
             Light::Directional { direction, irradiance } => (-direction, f64::INFINITY, irradiance),
-            Light::Rectangle { centre, edge_u, edge_v, radiance } => {
-                let (u, v) = (random.next() - 0.5, random.next() - 0.5);
-                let to = centre + u * edge_u + v * edge_v - point;
-                // Area times cosine; the back of the light is dark.
-                let facing = -edge_u.cross(edge_v).dot(to.normalize());
-                let solid_angle = facing.max(0.0) / to.length_squared();
-                (to.normalize(), to.length(), radiance.map(|l| l * solid_angle))
-            }
+            Light::Rectangle { .. } => return [0.0; 3],
         };
         let phase = phase_value(&self.scene.phase, direction.dot(to_light));
         let way = Ray { origin: point, direction: to_light, start: 0.0 };
