@@ -90,6 +90,23 @@ INLINE float sum_lanes(Reals x) {
     return sum;
 }
 
+// table[index] per lane. Written out, so that compilers insert what they load into vectors: through memory, the vector
+// would wait for its lanes to be stored.
+INLINE Reals gather_lanes(__global const float *table, Ints index) {
+#if WIDTH == 1
+    return table[index];
+#elif WIDTH == 4
+    return (Reals)(table[index.s0], table[index.s1], table[index.s2], table[index.s3]);
+#elif WIDTH == 8
+    return (Reals)(table[index.s0], table[index.s1], table[index.s2], table[index.s3], table[index.s4], table[index.s5],
+        table[index.s6], table[index.s7]);
+#else
+    return (Reals)(table[index.s0], table[index.s1], table[index.s2], table[index.s3], table[index.s4], table[index.s5],
+        table[index.s6], table[index.s7], table[index.s8], table[index.s9], table[index.sa], table[index.sb],
+        table[index.sc], table[index.sd], table[index.se], table[index.sf]);
+#endif
+}
+
 // Three coordinates per lane.
 struct Points {
     Reals x, y, z;

@@ -155,12 +155,8 @@ INLINE void seek_bricks(struct FlightLanes *f, const struct RayLanes *ray, __con
 }
 
 INLINE Reals brick_majorants(const struct MediumTables *m, const struct FlightLanes *f) {
-    IntLanes index = int_lanes(f->bx + f->by * m->volume->bricks.y + f->bz * m->volume->bricks.z);
-    RealLanes majorant;
-    for (int i = 0; i < WIDTH; ++i) {
-        majorant.lane[i] = m->bounds[index.lane[i]].x;
-    }
-    return majorant.all;
+    Ints index = f->bx + f->by * m->volume->bricks.y + f->bz * m->volume->bricks.z;
+    return gather_lanes((__global const float *)m->bounds, 2 * index);
 }
 
 // Moves every travelling ray to its next tentative collision in this brick, or to the next brick, or to its end.
@@ -256,14 +252,10 @@ INLINE Reals sigma_lanes(const struct MediumTables *m, struct Points p, Reals *v
     return m->method->ramp_offset + m->method->ramp_slope * clamp(*value, 0.0f, last);
 #else
     Reals position = clamp(*value, 0.0f, (float)(m->frame->table_size - 1));
-    IntLanes index = int_lanes(min(TO_INTS(position), (Ints)((int)m->frame->table_size - 2)));
-    RealLanes low, high;
-    for (int i = 0; i < WIDTH; ++i) {
-        float2 entries = vload2(0, m->sigmas + index.lane[i]);
-        low.lane[i] = entries.x;
-        high.lane[i] = entries.y;
-    }
-    return low.all + (position - TO_REALS(index.all)) * (high.all - low.all);
+    Ints index = min(TO_INTS(position), (Ints)((int)m->frame->table_size - 2));
+    Reals low = gather_lanes(m->sigmas, index);
+    Reals high = gather_lanes(m->sigmas + 1, index);
+    return low + (position - TO_REALS(index)) * (high - low);
 #endif
 #endif
 }
