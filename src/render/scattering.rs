@@ -151,8 +151,9 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         .feature("AUXILIARY", scene.film.auxiliary);
     let sigmas: Vec<f32> = table.sigmas().into_iter().map(|sigma| sigma * largest as f32).collect();
     let [light_buffer, sums] = lights.buffers();
-    let details =
-        [cost(&majorants, &settings, closed_form, input.local.unit)].into_iter().chain(lights.details);
+    let cost = cost(&majorants, &settings, closed_form, input.local.unit);
+    let looks = (majorants.largest > 0.0 && !closed_form).then(|| estimator(settings.transmittance));
+    let details = [cost].into_iter().chain(looks).chain(lights.details);
     let emission = emission.unwrap_or_else(|| vec![[0.0; 4]]);
     Ok(MethodSetup {
         spec,
@@ -197,6 +198,27 @@ fn cost(majorants: &Majorants, settings: &Settings, closed_form: bool, unit: f64
         )
     } else {
         format!("{empty}; the others hold next to no extinction")
+    }
+}
+
+/// How rays lose light where they look the medium up.
+fn estimator(transmittance: Transmittance) -> String {
+    match transmittance {
+        Transmittance::Auto => format!(
+            "transmittance auto: rays lose a part of their light at each look-up, which is smooth, and from {:.0} % on \
+             all or nothing, which ends them soon",
+            SWITCH * 100.0
+        ),
+        Transmittance::Analog => "transmittance analog: all or nothing at each look-up".into(),
+        Transmittance::Ratio => "transmittance ratio: rays lose a part of their light at each look-up".into(),
+        Transmittance::ResidualRatio => {
+            "transmittance residual-ratio: the mean of a brick's bounds in closed form, the rest by look-ups"
+                .into()
+        }
+        Transmittance::RayMarching => {
+            "transmittance ray-marching: evenly spaced look-ups, and a power series of their differences"
+                .into()
+        }
     }
 }
 

@@ -48,8 +48,9 @@ fn check_tells_what_tracking_costs() {
         ),
         "{out}"
     );
+    assert!(out.contains("transmittance auto: "), "{out}");
     let out = check("transfer={ points = [{ value = 0, opacity = 0 }] }", &[]);
-    assert!(out.contains("nothing has extinction: rays pass"), "{out}");
+    assert!(out.contains("nothing has extinction: rays pass") && !out.contains("transmittance"), "{out}");
     // Eight bricks per edge, and nothing but a ball in the middle.
     let ball = ["--set", "volume.dims=[64, 64, 64]", "--set", "volume.spacing=0.015625"];
     let out =
