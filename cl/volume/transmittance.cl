@@ -1,6 +1,6 @@
 // Unbiased estimates of the transmittance between two times of a ray, one ray at a time and per channel.
 //
-// TRANSMITTANCE_RESIDUAL: residual ratio tracking (Novák et al. 2014). In each brick the mean of its bounds is
+// TRANSMITTANCE_RESIDUAL: residual ratio tracking (Novák et al. 2014). In each brick a control between its bounds is
 // integrated in closed form; only what the extinction deviates from it is tracked, with signed weights.
 // TRANSMITTANCE_MARCHING: unbiased ray marching (Kettunen et al. 2021). Evenly spaced look-ups estimate the optical
 // depth; a random number of such estimates, in a power series of their differences, gives its exponential.
@@ -148,31 +148,41 @@ INLINE float walk_sigma(const struct BrickWalk *walk, const struct MediumTables 
 
 #if defined(TRANSMITTANCE_RESIDUAL)
 
-// So much of the majorant is tracked at least: the mean of the bounds is rounded.
+// The control lies a quarter of the way up from the minorant: where bricks are empty but for a corner, as at the edges of
+// most things, the mean of the bounds makes estimates noisier than no control would.
+#define CONTROL_PLACE 0.25f
+
+// So much of the majorant is tracked at least: the control is rounded.
 #define LEAST_RESIDUAL 0x1p-22f
 
 float4 transmittance(const struct MediumTables *m, const struct TrackedRay *ray, float from, float end,
     struct Numbers *numbers, struct Cost *cost) {
     float4 extinction = channel_extinctions(m);
     float4 weight = (float4)(1.0f);
-    float control_depth = 0.0f;
     float depth = exponential_float(next_number(numbers));
     struct BrickWalk walk = walk_start(m, ray, from, end);
     do {
-        float control = 0.5f * (walk.bound.x + walk.bound.y);
-        float rate = (0.5f * (walk.bound.x - walk.bound.y) + LEAST_RESIDUAL * walk.bound.x) * m->method->majorant_scale;
-        control_depth += control * (walk.next - walk.t);
+        float span = walk.bound.x - walk.bound.y;
+        float control = walk.bound.y + CONTROL_PLACE * span;
+        float rate = ((1.0f - CONTROL_PLACE) * span + LEAST_RESIDUAL * walk.bound.x) * m->method->majorant_scale;
         float t = walk.t;
         float left = rate * (walk.next - t);
         while (depth < left) {
-            t = min(t + depth / rate, walk.next);
+            float next = min(t + depth / rate, walk.next);
+            // The control bit by bit: neither of the two factors over- or underflows without the other.
+            weight *= exp(-extinction * (control * (next - t)));
+            t = next;
             weight *= 1.0f - extinction * ((walk_sigma(&walk, m, ray, t, cost) - control) / rate);
             depth = exponential_float(next_number(numbers));
             left = rate * (walk.next - t);
         }
         depth -= left;
+        weight *= exp(-extinction * (control * (walk.next - t)));
+        if (!(fabs(weight.x) + fabs(weight.y) + fabs(weight.z) > 0.0f)) {
+            return (float4)(0.0f);
+        }
     } while (walk_on(&walk, m, ray, end));
-    return weight * exp(-extinction * control_depth);
+    return weight;
 }
 
 #elif defined(TRANSMITTANCE_MARCHING)
@@ -180,12 +190,42 @@ float4 transmittance(const struct MediumTables *m, const struct TrackedRay *ray,
 // Longer series have a probability of 2e-15.
 #define MOST_ORDER 20
 
-// An estimate of the optical depth by `count` evenly spaced look-ups.
-INLINE float comb(const struct MediumTables *m, const struct TrackedRay *ray, float from, float end, int count, float u) {
+#define PROBES 16
+
+// The numbers of a vector's lanes.
+INLINE Reals lane_numbers(void) {
     RealLanes number;
     for (int i = 0; i < WIDTH; ++i) {
-        number.lane[i] = (float)i + u;
+        number.lane[i] = (float)i;
     }
+    return number.all;
+}
+
+// How far the optical depth may be from what is known of it: the integral of majorant - minorant, by the bricks at a few
+// places. It decides on costs alone.
+INLINE float uncertainty(const struct MediumTables *m, const struct TrackedRay *ray, float from, float end) {
+    float per_brick = 1.0f / (float)(1 << m->volume->bricks.w);
+    int4 stride = m->volume->bricks;
+    int4 last = m->volume->brick_counts - 1;
+    float step = (end - from) * (1.0f / PROBES);
+    Reals numbers = lane_numbers() + 0.5f;
+    float sum = 0.0f;
+    for (int j = 0; j < PROBES; j += WIDTH) {
+        Reals t = from + step * ((float)j + numbers);
+        Ints x = clamp(TO_INTS((ray->origin.x + t * ray->direction.x) * per_brick), (Ints)(0), (Ints)(last.x));
+        Ints y = clamp(TO_INTS((ray->origin.y + t * ray->direction.y) * per_brick), (Ints)(0), (Ints)(last.y));
+        Ints z = clamp(TO_INTS((ray->origin.z + t * ray->direction.z) * per_brick), (Ints)(0), (Ints)(last.z));
+        IntLanes index = int_lanes(x + y * stride.y + z * stride.z);
+        for (int i = 0; i < WIDTH; ++i) {
+            BrickBound bound = m->bounds[index.lane[i]];
+            sum += max(bound.x, 0.0f) - bound.y;
+        }
+    }
+    return step * sum;
+}
+
+// An estimate of the optical depth by `count` evenly spaced look-ups.
+INLINE float comb(const struct MediumTables *m, const struct TrackedRay *ray, float from, float end, int count, float u) {
     float step = (end - from) / (float)count;
     float sum = 0.0f;
 #ifdef TF_2D
@@ -195,9 +235,10 @@ INLINE float comb(const struct MediumTables *m, const struct TrackedRay *ray, fl
         sum += sigma_at(m->frame, m->volume, m->voxels, m->sigmas, ray->origin + t * ray->direction, &value, &row);
     }
 #else
+    Reals numbers = lane_numbers() + u;
     Reals sums = (Reals)(0.0f);
     for (int j = 0; j < count; j += WIDTH) {
-        Reals place = (float)j + number.all;
+        Reals place = (float)j + numbers;
         Reals t = min(from + step * place, end);
         Reals value, row;
         struct Points points_at = points(ray->origin.x + t * ray->direction.x, ray->origin.y + t * ray->direction.y,
@@ -212,12 +253,7 @@ INLINE float comb(const struct MediumTables *m, const struct TrackedRay *ray, fl
 
 float4 transmittance(const struct MediumTables *m, const struct TrackedRay *ray, float from, float end,
     struct Numbers *numbers, struct Cost *cost) {
-    float spread = 0.0f;
-    struct BrickWalk walk = walk_start(m, ray, from, end);
-    do {
-        spread += (walk.bound.x - walk.bound.y) * (walk.next - walk.t);
-    } while (walk_on(&walk, m, ray, end));
-    spread *= m->method->majorant_scale;
+    float spread = uncertainty(m, ray, from, end) * m->method->majorant_scale;
     // Kettunen's estimate of the look-ups that an optical depth of this uncertainty is worth, shared among 1.3195
     // estimates in the mean.
     float worth = ceil(cbrt((0.015f + spread) * (0.65f + spread) * (60.3f + spread)));
