@@ -237,6 +237,6 @@ fn lights_in_the_medium_and_in_its_faces_agree_with_the_twin() {
              [transfer]\nresolution = 2\n[[light]]\n{light}\n[method]\nkind = \"single-scattering\"\n"
         );
         let case = Case::new(&text, noisy([8; 3], 4));
-        compare_blocks(&light.replace('\n', ", "), &case.film_of(64), &Twin::new(&case).image(64), SIDE, 2);
+        compare_blocks(&light.replace('\n', ", "), &case.film_of(64), &Twin::new(&case).image(32), SIDE, 2);
     }
 }
