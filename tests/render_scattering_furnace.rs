@@ -50,7 +50,9 @@ fn scene(transfer: &str, phase: &str) -> String {
     )
 }
 
-const VOLUMES: [(&str, fn() -> Volume); 2] =
+type Maker = fn() -> Volume;
+
+const VOLUMES: [(&str, Maker); 2] =
     [("noisy", || noisy([12, 13, 11], 5)), ("smooth", || smooth([12, 13, 11], 9))];
 
 /// Every pixel and channel is 1.

@@ -103,11 +103,11 @@ INLINE struct Points scaled_direction(__constant struct Volume *volume, struct P
     return points(d.x * volume->scale.x, d.y * volume->scale.y, d.z * volume->scale.z);
 }
 
-// Points that rounding put beyond the box's faces moved onto them. No further: in media of 10^5 free paths and more, a
-// last place is a part of one, and light that starts deeper is returned less.
+// Points moved off the box's faces by the last place: from a face, a ray along it would miss the medium. No further: in
+// media of 10^5 free paths and more a last place is a part of one, and light that starts deeper is returned less.
 INLINE struct Points points_in_box(__constant struct Scattering *method, struct Points p) {
-    float4 low = method->low;
-    float4 high = method->high;
+    float4 low = method->low + method->low * 0x1.1p-24f;
+    float4 high = method->high - method->high * 0x1.1p-24f;
     return points(clamp(p.x, low.x, high.x), clamp(p.y, low.y, high.y), clamp(p.z, low.z, high.z));
 }
 

@@ -41,7 +41,7 @@ impl Random {
     }
 
     /// The next number.
-    pub fn next(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         if self.words.is_empty() {
             self.words = philox4x32(self.counter, self.key).to_vec();
             self.counter[0] += 1;
@@ -151,7 +151,7 @@ impl<'a> Tracer<'a> {
                 let samples = (0..paths).map(|path| {
                     let mut random = Random::new(seed, pixel, path);
                     let at = match image.filter {
-                        Filter::Box => [random.next(), random.next()],
+                        Filter::Box => [random.uniform(), random.uniform()],
                         Filter::Point => [0.5; 2],
                     };
                     let place = [pixel % image.width, pixel / image.width];
@@ -209,7 +209,7 @@ impl<'a> Tracer<'a> {
             }
             let most = weight.into_iter().fold(0.0, f64::max);
             if most < LIGHT {
-                if random.next() < 0.75 || most == 0.0 {
+                if random.uniform() < 0.75 || most == 0.0 {
                     return sum;
                 }
                 weight = weight.map(|w| 4.0 * w);
@@ -224,13 +224,13 @@ impl<'a> Tracer<'a> {
     fn collision(&self, ray: &Ray, factor: f64, random: &mut Random) -> Option<DVec3> {
         let (mut t, end) = self.field.clip(ray)?;
         loop {
-            t -= random.next().ln() / (self.majorant * factor);
+            t -= random.uniform().ln() / (self.majorant * factor);
             // Nothing is dense enough where the majorant is 0: t is infinite.
             if t >= end {
                 return None;
             }
             let point = ray.at(t);
-            if random.next() * self.majorant
+            if random.uniform() * self.majorant
                 < self.media.scattering.at(self.field.value(point), self.gradient(point))[3]
             {
                 return Some(point);

@@ -21,7 +21,7 @@ pub fn phase_value(phase: &Phase, mu: f64) -> f64 {
 /// A direction of that density about `direction`.
 pub fn sample_phase(phase: &Phase, direction: DVec3, random: &mut Random) -> DVec3 {
     let mu = sample_cosine(phase, random);
-    let (sin, cos) = (TAU * random.next()).sin_cos();
+    let (sin, cos) = (TAU * random.uniform()).sin_cos();
     let side = direction.any_orthonormal_vector();
     let third = direction.cross(side);
     let radius = (1.0 - mu * mu).max(0.0).sqrt();
@@ -30,19 +30,19 @@ pub fn sample_phase(phase: &Phase, direction: DVec3, random: &mut Random) -> DVe
 
 fn sample_cosine(phase: &Phase, random: &mut Random) -> f64 {
     match *phase {
-        Phase::Isotropic | Phase::HenyeyGreenstein { g: 0.0 } => 2.0 * random.next() - 1.0,
+        Phase::Isotropic | Phase::HenyeyGreenstein { g: 0.0 } => 2.0 * random.uniform() - 1.0,
         Phase::HenyeyGreenstein { g } => {
-            let q = (1.0 - g * g) / (1.0 - g + 2.0 * g * random.next());
+            let q = (1.0 - g * g) / (1.0 - g + 2.0 * g * random.uniform());
             ((1.0 + g * g - q * q) / (2.0 * g)).clamp(-1.0, 1.0)
         }
         Phase::Rayleigh => loop {
-            let mu = 2.0 * random.next() - 1.0;
-            if 2.0 * random.next() < 1.0 + mu * mu {
+            let mu = 2.0 * random.uniform() - 1.0;
+            if 2.0 * random.uniform() < 1.0 + mu * mu {
                 return mu;
             }
         },
         Phase::TwoLobe { g, weight } => {
-            let g = if random.next() < weight { g[0] } else { g[1] };
+            let g = if random.uniform() < weight { g[0] } else { g[1] };
             sample_cosine(&Phase::HenyeyGreenstein { g }, random)
         }
     }
