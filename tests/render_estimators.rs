@@ -129,8 +129,10 @@ fn variances_follow_from_the_bounds() {
             if majorant > 0.0 { sigma * sigma / (scale * majorant) } else { 0.0 }
         };
         let residual = |sigma: f64, [majorant, minorant]: [f64; 2]| {
-            let deviation = sigma - 0.5 * (majorant + minorant);
-            if majorant > 0.0 { deviation * deviation / (scale * 0.5 * (majorant - minorant)) } else { 0.0 }
+            // The control lies a quarter of the way up from the minorant.
+            let span = majorant - minorant;
+            let deviation = sigma - (minorant + 0.25 * span);
+            if majorant > 0.0 { deviation * deviation / (scale * 0.75 * span) } else { 0.0 }
         };
         for estimator in ["ratio", "residual-ratio", "analog", "ray-marching"] {
             let case = one_ray(volume(), estimator, scale);

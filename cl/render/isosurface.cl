@@ -87,7 +87,6 @@ INLINE float find_surface(__constant struct Volume *volume, const struct GridRay
 }
 
 // Ambient + Lambert (albedo / pi) + Blinn-Phong (unnormalised lobe, as in the rasterisers it comes from).
-// A rectangle shines from its centre.
 INLINE float3 shade(__constant struct Isosurface *method, __constant struct Light *lights, uint light_count,
     float3 point, float3 normal, float3 view) {
     float3 albedo = method->albedo.xyz;
@@ -95,14 +94,11 @@ INLINE float3 shade(__constant struct Isosurface *method, __constant struct Ligh
     for (uint i = 0; i < light_count; ++i) {
         float4 position = lights[i].position;
         int kind = (int)position.w;
-        bool placed = kind == LIGHT_POINT || kind == LIGHT_RECTANGLE;
+        bool placed = kind == LIGHT_POINT;
         float3 to_light = placed ? position.xyz - point : kind == LIGHT_HEADLIGHT ? view : -position.xyz;
         float distance2 = dot(to_light, to_light);
         to_light *= rsqrt(distance2);
         float3 irradiance = lights[i].power.xyz / (placed ? distance2 : 1.0f);
-        if (kind == LIGHT_RECTANGLE) {
-            irradiance *= lights[i].edge_v.w * max(-dot(lights[i].normal.xyz, to_light), 0.0f);
-        }
         float cosine = dot(normal, to_light);
         if (cosine > 0.0f) {
             float3 middle = normalize(to_light + view);
