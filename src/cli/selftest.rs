@@ -30,26 +30,37 @@ pub fn run(arguments: &SelftestArgs) -> Result<()> {
         None => &catalog.devices,
     };
     let mut reports = Vec::new();
-    let mut failed = Vec::new();
     for device in devices {
         let start = Instant::now();
         let verdicts = test(device, arguments.json)?;
         let seconds = start.elapsed().as_secs_f64();
-        let passed = selftest::passed(&verdicts);
-        if !passed {
-            failed.push(format!("{} ({})", device.selector, device.name));
-        }
-        if arguments.json {
-            reports.push(json!({
-                "device": device, "passed": passed, "seconds": seconds, "verdicts": verdicts,
-            }));
-        } else {
+        if !arguments.json {
             print_line(&summary(&verdicts, seconds))?;
         }
+        reports.push(Report { device, passed: selftest::passed(&verdicts), seconds, verdicts });
     }
     if arguments.json {
-        print_line(&pretty(&json!({ "passed": failed.is_empty(), "devices": reports })))?;
+        let passed = reports.iter().all(|report| report.passed);
+        print_line(&pretty(&json!({ "passed": passed, "devices": reports })))?;
     }
+    outcome(&reports)
+}
+
+/// How a device did.
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    device: &'a DeviceInfo,
+    passed: bool,
+    seconds: f64,
+    verdicts: Vec<Verdict>,
+}
+
+fn outcome(reports: &[Report<'_>]) -> Result<()> {
+    let failed: Vec<String> = reports
+        .iter()
+        .filter(|report| !report.passed)
+        .map(|report| format!("{} ({})", report.device.selector, report.device.name))
+        .collect();
     if failed.is_empty() {
         return Ok(());
     }
@@ -86,15 +97,12 @@ fn line(name: &str, verdict: &Verdict) -> String {
         Status::Failed => "FAILED",
         Status::Limited => "limit",
     };
-    let Some(measured) = verdict.measured else {
-        let problem = verdict.problem.as_deref().unwrap_or("no number came out");
-        return row([name, "-", "-", "-", status, &format!("{}: {problem}", verdict.proves)]);
-    };
     let mut what = format!("{} ({})", verdict.quantity, verdict.reason);
     if let Some(problem) = &verdict.problem {
         what = format!("{what}; {problem}");
     }
-    let [measured, expected] = [measured, verdict.expected].map(|x| number(x, verdict.tolerance));
+    let measured = verdict.measured.map_or("-".into(), |x| number(x, verdict.tolerance));
+    let expected = number(verdict.expected, verdict.tolerance);
     row([name, &measured, &expected, &number(verdict.tolerance, 0.0), status, &what])
 }
 
