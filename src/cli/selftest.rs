@@ -2,8 +2,9 @@
 
 use super::{pretty, print_line};
 use crate::device::{Catalog, DeviceInfo};
-use crate::selftest::{self, CHECKS, Status, Verdict};
+use crate::selftest::{self, CHECKS, Check, Status, Verdict};
 use crate::{Error, Result};
+use clap::builder::PossibleValuesParser;
 use serde_json::json;
 use std::time::Instant;
 
@@ -13,6 +14,9 @@ pub struct SelftestArgs {
     /// Device to test, as `svetlo devices` lists them; without it, every device.
     #[arg(long, value_name = "SELECTOR", env = "SVETLO_DEVICE")]
     device: Option<String>,
+    /// Run only this check; may be given again.
+    #[arg(long, value_name = "CHECK", value_parser = PossibleValuesParser::new(CHECKS.iter().map(|check| check.name)))]
+    only: Vec<String>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -29,13 +33,16 @@ pub fn run(arguments: &SelftestArgs) -> Result<()> {
         Some(_) => std::slice::from_ref(selected),
         None => &catalog.devices,
     };
+    let wanted =
+        |check: &&Check| arguments.only.is_empty() || arguments.only.iter().any(|name| name == check.name);
+    let checks: Vec<&Check> = CHECKS.iter().filter(wanted).collect();
     let mut reports = Vec::new();
     for device in devices {
         let start = Instant::now();
-        let verdicts = test(device, arguments.json)?;
+        let verdicts = test(device, &checks, arguments.json)?;
         let seconds = start.elapsed().as_secs_f64();
         if !arguments.json {
-            print_line(&summary(&verdicts, seconds))?;
+            print_line(&summary(checks.len(), &verdicts, seconds))?;
         }
         reports.push(Report { device, passed: selftest::passed(&verdicts), seconds, verdicts });
     }
@@ -70,9 +77,10 @@ fn outcome(reports: &[Report<'_>]) -> Result<()> {
     )))
 }
 
-fn test(device: &DeviceInfo, quiet: bool) -> Result<Vec<Verdict>> {
+fn test(device: &DeviceInfo, checks: &[&'static Check], quiet: bool) -> Result<Vec<Verdict>> {
+    let run = |each: &mut dyn FnMut(&Verdict)| selftest::run_altered(device, checks, |spec| spec, each);
     if quiet {
-        return selftest::run(device, &mut |_| {});
+        return run(&mut |_| {});
     }
     print_line(&format!(
         "{}  {} ({}, driver {})\n{}",
@@ -83,7 +91,7 @@ fn test(device: &DeviceInfo, quiet: bool) -> Result<Vec<Verdict>> {
         row(["check", "measured", "expected", "tolerance", "", "what, and where the tolerance comes from"])
     ))?;
     let mut check = String::new();
-    selftest::run(device, &mut |verdict| {
+    run(&mut |verdict| {
         // A check's name stands at its first row; a closed pipe shows when the summary is printed.
         let name = if verdict.check == check { "" } else { &verdict.check };
         let _ = print_line(&line(name, verdict));
@@ -107,7 +115,7 @@ fn line(name: &str, verdict: &Verdict) -> String {
 }
 
 fn row([check, measured, expected, tolerance, status, what]: [&str; 6]) -> String {
-    format!("{check:<20} {measured:>11} {expected:>11} {tolerance:>9} {status:<6}  {what}")
+    format!("{check:<20} {measured:>12} {expected:>12} {tolerance:>9} {status:<6}  {what}")
 }
 
 /// As many decimals as the tolerance has, and one more; powers of ten where these would be many.
@@ -116,13 +124,13 @@ fn number(x: f64, tolerance: f64) -> String {
         return format!("{x}");
     }
     let decimals = (1.0 - tolerance.max(1e-9).log10().floor()) as usize;
-    if x.abs() < 1e-3 || decimals > 9 { format!("{x:.1e}") } else { format!("{x:.decimals$}") }
+    if x.abs() < 1e-3 || decimals > 10 { format!("{x:.1e}") } else { format!("{x:.decimals$}") }
 }
 
-fn summary(verdicts: &[Verdict], seconds: f64) -> String {
+fn summary(checks: usize, verdicts: &[Verdict], seconds: f64) -> String {
     let count = |status: Status| verdicts.iter().filter(|verdict| verdict.status == status).count();
     let (failed, limited) = (count(Status::Failed), count(Status::Limited));
-    let mut text = format!("{} checks, {} comparisons in {seconds:.1} s: ", CHECKS.len(), verdicts.len());
+    let mut text = format!("{checks} checks, {} comparisons in {seconds:.1} s: ", verdicts.len());
     text += &if failed == 0 { "passed".into() } else { format!("{failed} FAILED") };
     if limited > 0 {
         text += &format!(", {limited} beyond a known limit of this device");

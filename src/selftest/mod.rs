@@ -132,7 +132,7 @@ pub fn passed(verdicts: &[Verdict]) -> bool {
 /// # Errors
 /// [`Error::Failed`] when the device cannot be opened.
 pub fn run(device: &DeviceInfo, each: &mut dyn FnMut(&Verdict)) -> Result<Vec<Verdict>> {
-    run_altered(device, CHECKS, |spec| spec, each)
+    run_altered(device, &CHECKS.iter().collect::<Vec<_>>(), |spec| spec, each)
 }
 
 /// Runs some checks with programs that `alter` has changed, which shows what they find.
@@ -141,18 +141,19 @@ pub fn run(device: &DeviceInfo, each: &mut dyn FnMut(&Verdict)) -> Result<Vec<Ve
 /// As [`run`].
 pub fn run_altered(
     device: &DeviceInfo,
-    checks: &'static [Check],
+    checks: &[&'static Check],
     alter: fn(ProgramSpec) -> ProgramSpec,
     each: &mut dyn FnMut(&Verdict),
 ) -> Result<Vec<Verdict>> {
     Device::open(device)?;
     let bench = Workbench { info: device.clone(), alter };
     let (sender, receiver) = channel();
+    let list = checks.to_vec();
     // A thread of its own: a kernel that never ends can only be left behind.
     std::thread::Builder::new()
         .name("selftest".into())
         .spawn(move || {
-            for check in checks {
+            for check in list {
                 // Nobody listens any more when an earlier check took too long.
                 if sender.send((check.run)(&bench)).is_err() {
                     return;
@@ -164,7 +165,7 @@ pub fn run_altered(
 }
 
 fn collect(
-    checks: &[Check],
+    checks: &[&Check],
     results: &Receiver<Result<Vec<Measurement>>>,
     patience: Duration,
     each: &mut dyn FnMut(&Verdict),
@@ -237,7 +238,10 @@ mod tests {
         let (sender, receiver) = channel();
         sender.send(Ok(vec![Measurement::exact("a", 0.0, 0.0)])).unwrap();
         let mut seen = 0;
-        let verdicts = collect(&CHECKS[..3], &receiver, Duration::from_millis(1), &mut |_| seen += 1);
+        let verdicts =
+            collect(&[&CHECKS[0], &CHECKS[1], &CHECKS[2]], &receiver, Duration::from_millis(1), &mut |_| {
+                seen += 1
+            });
         assert_eq!(
             verdicts.iter().map(|v| v.status).collect::<Vec<_>>(),
             [Status::Passed, Status::Failed, Status::Failed]

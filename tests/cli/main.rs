@@ -11,5 +11,6 @@ mod interrupt;
 mod output;
 mod resume;
 mod scattering;
+mod selftest;
 mod support;
 mod surroundings;
