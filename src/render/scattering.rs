@@ -4,6 +4,8 @@ use super::lights::Lights;
 use super::majorants::Majorants;
 use super::medium::MediumTable;
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
+use super::session::TILE;
+use super::silhouette::tiles_that_see;
 use crate::device::ProgramSpec;
 use crate::scene::{Background, Light, Orders, Phase, Scattering as Settings, Transfer, Transmittance};
 use crate::transfer::{TransferFunction1d, TransferFunction2d};
@@ -151,6 +153,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         .feature("AUXILIARY", scene.film.auxiliary);
     let sigmas: Vec<f32> = table.sigmas().into_iter().map(|sigma| sigma * largest as f32).collect();
     let [light_buffer, sums] = lights.buffers();
+    let tiles = tiles(input, &lights, &majorants);
     let cost = cost(&majorants, &settings, closed_form, input.local.unit);
     let looks = (majorants.largest > 0.0 && !closed_form).then(|| estimator(settings.transmittance));
     let details = [cost].into_iter().chain(looks).chain(lights.details);
@@ -166,6 +169,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
             HostBuffer::new("emission table", &emission),
             light_buffer,
             sums,
+            HostBuffer::new("tiles that see the medium", &tiles),
         ],
         value_units: table.intervals(),
         random: true,
@@ -306,6 +310,16 @@ fn control(input: &MethodInput<'_>, lights: &Lights) -> [f32; 4] {
         _ => [0.0; 3],
     };
     [r as f32, g as f32, b as f32, 0.0]
+}
+
+/// 1 for every tile of the image whose camera rays may meet anything but a constant background, else 0.
+fn tiles(input: &MethodInput<'_>, lights: &Lights, majorants: &Majorants) -> Vec<u8> {
+    let image = &input.scene.image;
+    let plain = matches!(input.scene.background, Background::Constant(_)) && !lights.has_rectangles();
+    if !plain {
+        return vec![1; (image.width.div_ceil(TILE) * image.height.div_ceil(TILE)) as usize];
+    }
+    tiles_that_see(&input.scene.camera, image, input.local, &majorants.boxes(input.bricks, input.local))
 }
 
 /// The box of what can hold extinction, in grid coordinates; empty without any.
