@@ -22,7 +22,7 @@
 #endif
 
 // How many lanes must wait for a step, unless no lane can do anything else.
-#define WAIT_TENTATIVE ((WIDTH * 3) / 4)
+#define WAIT_TENTATIVE (WIDTH / 2)
 #define WAIT_ARRIVED (WIDTH / 2)
 
 // The pixel `in_tile` of a tile, or -1 beyond the image.
