@@ -63,6 +63,10 @@ device_struct! {
     }
 }
 
+/// What `check` says of a medium without scattering and emission.
+const ABSORBER: &str = "the medium only absorbs: the method emission-absorption with black colours makes the same \
+    picture without noise";
+
 /// Below this transmittance rays that take parts switch to all or nothing, by measurement on the cloud.
 const SWITCH: f32 = 0.1;
 
@@ -159,7 +163,9 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let tiles = tiles(input, &lights, &majorants);
     let cost = cost(&majorants, &settings, closed_form, input.local.unit);
     let looks = (majorants.largest > 0.0 && !closed_form).then(|| estimator(settings.transmittance));
-    let details = [cost].into_iter().chain(looks).chain(lights.details);
+    let absorber = (constant_albedo == Some([0.0; 3]) || albedo == [0.0; 3]) && majorants.largest > 0.0;
+    let dark = (absorber && emission.is_none()).then(|| ABSORBER.to_owned());
+    let details = [cost].into_iter().chain(looks).chain(dark).chain(lights.details);
     let emission = emission.unwrap_or_else(|| vec![[0.0; 4]]);
     Ok(MethodSetup {
         spec,
@@ -213,8 +219,10 @@ fn estimator(transmittance: Transmittance) -> String {
     match transmittance {
         Transmittance::Auto => format!(
             "transmittance auto: rays lose a part of their light at each look-up, which is smooth, and from {:.0} % on \
-             all or nothing, which ends them soon",
-            SWITCH * 100.0
+             all or nothing ({:.0} % of shadow rays), which ends them soon: of all estimators the least error for its \
+             time, on smooth and steep media, thin and thick",
+            SWITCH * 100.0,
+            SHADOW_SWITCH * 100.0
         ),
         Transmittance::Analog => "transmittance analog: all or nothing at each look-up".into(),
         Transmittance::Ratio => "transmittance ratio: rays lose a part of their light at each look-up".into(),
@@ -223,7 +231,8 @@ fn estimator(transmittance: Transmittance) -> String {
                 .into()
         }
         Transmittance::RayMarching => {
-            "transmittance ray-marching: evenly spaced look-ups, and a power series of their differences"
+            "transmittance ray-marching: evenly spaced look-ups, and a power series of their differences: the least \
+             noise where a smooth medium only absorbs, by far the most where extinction rises steeply"
                 .into()
         }
     }
