@@ -36,7 +36,7 @@ const FAULTS: [(&str, fn(ProgramSpec) -> ProgramSpec); 16] = [
     // One round too few; an odd constant; the wrong logarithm.
     ("random", |spec| match spec.entry {
         "common/exponential.cl" => spec,
-        _ => spec.patch("round < 10", "round < 9"),
+        _ => spec.patch("round < PHILOX_ROUNDS", "round + 1 < PHILOX_ROUNDS"),
     }),
     ("random", |spec| match spec.entry {
         "common/exponential.cl" => spec.patch("k * M_LN2_F", "k * 0.6931f"),
