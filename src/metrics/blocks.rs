@@ -5,7 +5,7 @@
 //! the block sums, with the ratio estimator for blocks of unequal count at the border. It covers
 //! noise and the variation of the error over the picture; it is not about a second render alone.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The edge of a block in pixels; halved until a picture has [`MIN_BLOCKS`] of them.
 const EDGE: usize = 32;
@@ -13,7 +13,7 @@ const EDGE: usize = 32;
 const MIN_BLOCKS: usize = 16;
 
 /// A mean with its two-sided 95 % confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The mean.
     pub value: f64,

@@ -1,0 +1,3 @@
+//! Benches: suites of scenes × methods × devices, measured for speed and error together.
+
+pub mod results;
