@@ -14,6 +14,7 @@ pub mod picture;
 pub mod reference;
 pub mod render;
 pub mod scene;
+pub mod selftest;
 pub mod transfer;
 pub mod volume;
 
