@@ -187,6 +187,8 @@ pub struct Checkpoint {
     pub bytes: u64,
     /// Samples that were not finite and were left out.
     pub rejected: u64,
+    /// Look-ups above their majorant and paths without an end: anything but 0 is a mistake of svetlo.
+    pub faults: u64,
     /// The error of the picture.
     pub metrics: Metrics,
 }
@@ -222,6 +224,9 @@ pub struct Metrics {
     pub relative_bias: Option<f64>,
     /// `bias` over its standard error.
     pub bias_z: Option<f64>,
+    /// Mean squared error less the noise of both: the squared bias over pixels, however its sign changes; negative
+    /// below the noise, `None` where a noise is unknown.
+    pub squared_bias: Option<Interval>,
     /// Share of values whose difference exceeds 1.96 times its noise: 0.05 without bias.
     pub beyond_1_96: Option<f64>,
 }
@@ -400,7 +405,7 @@ pub enum FindingKind {
     Reference,
     /// The error does not fall as it should.
     Slope,
-    /// Samples that were not finite.
+    /// Samples that were not finite, or paths that went wrong.
     Rejected,
     /// Slower than in the baseline.
     Slower,

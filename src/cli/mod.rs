@@ -1,8 +1,10 @@
 //! The command line: arguments in, one of the documented exit codes out.
 
+mod bench;
 mod check;
 mod devices;
 mod energy;
+mod interrupt;
 mod output;
 mod progress;
 mod render;
@@ -37,6 +39,8 @@ enum Command {
     Devices(devices::DevicesArgs),
     /// Compare an image with a reference: RMSE, PSNR, relMSE, MAPE, bias.
     Compare(CompareArgs),
+    /// Run a suite of benchmarks: speed against error.
+    Bench(bench::BenchArgs),
     /// Print the JSON Schema of scene files, for editors.
     Schema,
 }
@@ -74,6 +78,7 @@ fn run(command: Command) -> Result<()> {
         Command::Check(arguments) => check::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => crate::metrics::command::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
         Command::Schema => print_line(&pretty(&crate::config::schema())),
     }
 }

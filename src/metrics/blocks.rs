@@ -66,6 +66,11 @@ impl BlockMeans {
         self.counts[block] += 1.0;
     }
 
+    /// The sum of the values of each block.
+    pub fn into_sums(self) -> Vec<f64> {
+        self.sums
+    }
+
     /// The mean of all values; `None` where there are none.
     pub fn estimate(&self) -> Option<Estimate> {
         let count: f64 = self.counts.iter().sum();
@@ -92,7 +97,7 @@ impl BlockMeans {
 
 /// The 97.5 % point of Student's t: the table to 10 degrees of freedom, then the expansion of
 /// Abramowitz & Stegun (26.7.5), right to 10⁻⁴ from there on.
-fn student_t_975(degrees: usize) -> f64 {
+pub(crate) fn student_t_975(degrees: usize) -> f64 {
     const TABLE: [f64; 10] =
         [12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060, 2.2622, 2.2281];
     const Z: f64 = 1.959_963_985;

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{
     blocks::Estimate,
-    pair::{Pair, PairChannel},
+    pair::{Pair, PairChannel, decibels},
 };
 
 /// Whose noise was taken out.
@@ -35,6 +35,10 @@ pub struct Corrected {
     pub mse: Estimate,
     /// Its root; `None` where the corrected MSE is negative.
     pub rmse: Option<f64>,
+    /// 10 log₁₀(P²/MSE) of the corrected MSE, P the largest value of the reference; `None` where undefined.
+    pub psnr_db: Option<f64>,
+    /// relMSE less the noise over the same r² + ε; `None` for a black reference.
+    pub relmse: Option<Estimate>,
     /// Values (pixels × channels) left out because their noise is unknown (n < 2).
     pub unknown: usize,
 }
@@ -73,7 +77,13 @@ fn correction(pair: &Pair, removed: Removed, noise_of: NoiseOf) -> Option<Correc
         pair.channels.iter().flat_map(|channel| pair.usable.iter().map(move |&pixel| (channel, pixel)));
     let unknown = values.filter(|&(channel, pixel)| noise_of(channel, pixel).is_none()).count();
     let rmse = (mse.value >= 0.0).then(|| mse.value.sqrt());
-    Some(Corrected { removed, noise, mse, rmse, unknown })
+    let relmse = pair.floor().and_then(|floor| {
+        pair.mean(|channel, pixel| {
+            let square = channel.difference(pixel).powi(2) - noise_of(channel, pixel)?;
+            Some(square / (channel.reference_value(pixel).powi(2) + floor * floor))
+        })
+    });
+    Some(Corrected { removed, noise, mse, rmse, psnr_db: decibels(pair.peak(), mse.value), relmse, unknown })
 }
 
 fn known(noise: Option<&[f64]>, pixel: usize) -> Option<f64> {
