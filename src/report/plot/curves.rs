@@ -64,6 +64,13 @@ pub struct Level {
     pub label: String,
 }
 
+impl Curves {
+    /// Whether any error has a place on the plot.
+    pub fn is_empty(&self) -> bool {
+        !self.curves.iter().flat_map(|curve| &curve.points).any(|point| point.seen().is_some())
+    }
+}
+
 impl CurvePoint {
     fn seen(&self) -> Option<Place> {
         self.y.filter(|&y| is_plottable(y) && is_plottable(self.x)).map(|y| [self.x, y])
@@ -102,10 +109,6 @@ pub fn draw(plot: &Curves) -> Drawing {
     frame.close(&mut drawing);
     plot.curves.iter().for_each(|curve| lines(&mut drawing, curve, &x, &y));
     plot.curves.iter().for_each(|curve| markers(&mut drawing, curve, &x, &y));
-    if !plot.curves.iter().any(|curve| curve.points.iter().any(|point| is_plottable(point.x))) {
-        let middle = [0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom)];
-        drawing.text(middle, Anchor::Middle, frame::NAME, Ink::Muted, "nothing was measured");
-    }
     legend.draw(&mut drawing, MARGIN, below);
     for (i, remark) in remarks.iter().enumerate() {
         let line = below + legend.height() + (0.5 + i as f64) * LINE + 4.5;
@@ -152,7 +155,7 @@ fn guides(drawing: &mut Drawing, x: &Axis, y: &Axis) {
         let to = x1.min(f64::from(k) - 2.0 * y0);
         if from < to {
             let place = |[a, b]: Place| [x.place(10_f64.powf(a)), y.place(10_f64.powf(b))];
-            drawing.dashed(vec![place(along(from)), place(along(to))], Ink::Muted, 0.6, [5.0, 6.0]);
+            drawing.dashed(vec![place(along(from)), place(along(to))], Ink::Guide, 0.8, [5.0, 6.0]);
         }
     }
 }

@@ -12,6 +12,8 @@ pub enum Ink {
     Muted,
     /// Grid lines.
     Grid,
+    /// Lines to compare slopes with.
+    Guide,
     /// Fainter grid lines.
     Faint,
     /// The ground.
@@ -39,6 +41,7 @@ impl Ink {
             Self::Text => [0x1a, 0x1a, 0x1a],
             Self::Muted => [0x5c, 0x5c, 0x5c],
             Self::Grid => [0xcf, 0xcf, 0xcf],
+            Self::Guide => [0x99, 0x99, 0x99],
             Self::Faint => [0xea, 0xea, 0xea],
             Self::Paper => [0xff, 0xff, 0xff],
             Self::Series(index) => SERIES[index % SERIES.len()],
@@ -51,6 +54,7 @@ impl Ink {
             Self::Text => "text".into(),
             Self::Muted => "muted".into(),
             Self::Grid => "grid".into(),
+            Self::Guide => "guide".into(),
             Self::Faint => "faint".into(),
             Self::Paper => "paper".into(),
             Self::Series(index) => format!("series{}", index % SERIES.len()),

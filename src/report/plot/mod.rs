@@ -19,7 +19,7 @@ mod svg;
 
 pub use bars::{Bar, Bars};
 pub use curves::{Curve, CurvePoint, Curves, Level};
-pub use drawing::{Drawing, Ink};
+pub use drawing::Drawing;
 pub use svg::{element, printable};
 
 use std::{io::Write, path::Path};
