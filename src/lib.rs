@@ -15,6 +15,7 @@ pub mod reference;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod selftest;
 pub mod transfer;
 pub mod volume;
 

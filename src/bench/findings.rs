@@ -21,6 +21,17 @@ pub fn of(results: &Results, suite: &Suite) -> Vec<Finding> {
         let gates = suite.cases.iter().find(|spec| spec.name == case.name).map(|spec| spec.gates);
         findings.extend(of_case(case, &gates.unwrap_or_default()));
     }
+    if results.cases.iter().any(|case| case.device.selftest.is_none()) {
+        let text =
+            "the self-test was not run: whether the devices compute what they should is not known".into();
+        findings.push(Finding {
+            severity: Severity::Note,
+            kind: FindingKind::Selftest,
+            case: None,
+            device: None,
+            text,
+        });
+    }
     if !results.complete {
         let text = "the bench was interrupted: run it again with the same suite and folder to go on".into();
         findings.push(Finding {
@@ -53,15 +64,23 @@ pub fn of_case(case: &Case, gates: &Gates) -> Vec<Finding> {
         found.extend(text.map(|text| about(case, severity, kind, text)));
     };
     if case.device.selftest == Some(false) {
-        let text = "the self-test failed on this device: nothing was measured".into();
+        let failed = case.device.selftest_failures.join(", ");
+        let text = format!("the self-test failed on this device ({failed}): nothing was measured");
         add(Severity::Failure, FindingKind::Selftest, Some(text));
     }
     add(Severity::Failure, FindingKind::Rejected, wrong_samples(case));
-    if let Some(pooled) = &case.pooled {
-        add(Severity::Warning, FindingKind::Bias, bias(pooled));
-        add(Severity::Warning, FindingKind::Reference, unconverged(case));
+    let model = case.reference.method.as_ref().filter(|method| **method != case.method);
+    match (&case.pooled, model) {
+        (Some(pooled), None) => {
+            add(Severity::Warning, FindingKind::Bias, bias(pooled));
+            add(Severity::Warning, FindingKind::Slope, slope(case));
+        }
+        (Some(pooled), Some(model)) => {
+            add(Severity::Note, FindingKind::Bias, model_error(case, pooled, model));
+        }
+        (None, _) => {}
     }
-    add(Severity::Warning, FindingKind::Slope, slope(case));
+    add(Severity::Warning, FindingKind::Reference, unconverged(case));
     add(Severity::Note, FindingKind::Spread, time_spread(case));
     for text in gate_failures(case, gates) {
         add(Severity::Failure, FindingKind::Gate, Some(text));
@@ -106,6 +125,16 @@ fn bias(pooled: &Metrics) -> Option<String> {
             square.value.sqrt()
         )
     })
+}
+
+/// Where the reference is by another method, the difference is what it is about.
+fn model_error(case: &Case, pooled: &Metrics, model: &str) -> Option<String> {
+    let mean = case.reference.mean.abs();
+    let error = pooled.squared_bias.filter(|square| square.value > 0.0 && mean > 0.0)?.value.sqrt() / mean;
+    Some(format!(
+        "measured against {model}: the models differ by {} (RMS over the mean), which no number of samples removes",
+        percent(error)
+    ))
 }
 
 fn unconverged(case: &Case) -> Option<String> {

@@ -3,7 +3,7 @@
 use super::files::Folder;
 use super::measure::measure;
 use super::piece::picture_name;
-use super::pool::pool;
+use super::pool::pool_equal;
 use super::results::{Case, Images, Results};
 use super::suite::CaseSpec;
 use crate::Result;
@@ -38,7 +38,7 @@ impl Gallery<'_> {
             .iter()
             .map(|key| read_exr(&self.folder.path(&picture_name(key))))
             .collect::<Result<Vec<_>>>()?;
-        let Some(pooled) = pool(&pictures) else { return Ok(()) };
+        let Some(pooled) = pool_equal(&pictures) else { return Ok(()) };
         let tonemap = preview_tonemap(&spec.scene.film);
         let file = |end: &str| format!("images/{name}{end}");
         write_exr(&self.folder.path(&file(".exr")), &pooled)?;

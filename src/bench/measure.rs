@@ -42,7 +42,6 @@ pub fn metrics(comparison: &Comparison) -> Metrics {
         relative_bias: bias.relative,
         bias_z: bias.z,
         squared_bias: corrected(Removed::Both).or(own).map(|both| both.mse),
-        beyond_1_96: comparison.pixel_z.map(|z| z.beyond_1_96),
     }
 }
 

@@ -6,6 +6,7 @@
 //! compares with earlier results.
 
 pub mod baseline;
+mod computed;
 pub mod files;
 pub mod findings;
 mod gallery;
@@ -21,8 +22,9 @@ pub mod statistics;
 pub mod suite;
 pub mod summary;
 pub mod table;
+mod trust;
 pub mod types;
 mod watch;
 
-pub use run::run;
+pub use run::{Options, run};
 pub use watch::Watch;

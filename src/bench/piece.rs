@@ -2,6 +2,7 @@
 
 use super::files::{Folder, read_json, write_json};
 use super::measure::measure;
+use super::pool::without_state;
 use super::results::{Checkpoint, Repeat};
 use super::suite::{CaseSpec, Checkpoints, short_hash};
 use super::watch::Watch;
@@ -133,13 +134,6 @@ fn warm_up(session: &mut Session, samples: u32, watch: &Watch<'_>) -> Result<Dur
 
 fn stop_if_asked(watch: &Watch<'_>) -> Result<()> {
     if watch.interrupted() { Err(Error::Interrupted) } else { Ok(()) }
-}
-
-/// What the picture needs no more: it will not be continued.
-fn without_state(mut picture: Picture) -> Picture {
-    picture.channels.retain(|channel| !channel.name.starts_with("state."));
-    picture.metadata.retain(|key, _| !key.starts_with("svetlo.state"));
-    picture
 }
 
 struct Run<'a> {

@@ -95,7 +95,7 @@ pub struct Case {
     pub reference: ReferenceInfo,
     /// Independent runs, by their seeds; empty where nothing is finished.
     pub repeats: Vec<Repeat>,
-    /// All repeats taken together as one picture.
+    /// The mean picture of all repeats; its noise is that between them, where there are two or more.
     pub pooled: Option<Metrics>,
     /// What the repeats say together.
     pub summary: Summary,
@@ -120,6 +120,8 @@ pub struct DeviceDescription {
     pub compute_units: u32,
     /// Whether the self-test passed on it; `None` where it was not run.
     pub selftest: Option<bool>,
+    /// The checks that failed.
+    pub selftest_failures: Vec<String>,
 }
 
 /// What the errors of a case are measured against.
@@ -129,8 +131,12 @@ pub struct ReferenceInfo {
     pub kind: ReferenceKind,
     /// The same in a sentence.
     pub description: String,
-    /// Its own estimated RMSE over its mean; `None` for one without noise or of unknown noise.
+    /// Name of the method that rendered it, where one did: errors against another method's are those of a model.
+    pub method: Option<String>,
+    /// Its own RMSE over its mean, by its own variance; `None` for one without noise or of unknown noise.
     pub relative_error: Option<f64>,
+    /// The relative error that was asked for, where it was rendered.
+    pub wanted_error: Option<f64>,
     /// Mean radiance over pixels and channels.
     pub mean: f64,
     /// Wall time to render it, whenever that was; 0 for one that was not rendered here.
@@ -227,8 +233,6 @@ pub struct Metrics {
     /// Mean squared error less the noise of both: the squared bias over pixels, however its sign changes; negative
     /// below the noise, `None` where a noise is unknown.
     pub squared_bias: Option<Interval>,
-    /// Share of values whose difference exceeds 1.96 times its noise: 0.05 without bias.
-    pub beyond_1_96: Option<f64>,
 }
 
 /// What the repeats of a case say together.
@@ -308,7 +312,7 @@ pub struct TimeToError {
 /// Pictures of a case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Images {
-    /// All repeats as one EXR with variance and samples.
+    /// Mean of all repeats as EXR; with two or more, `samples` is their number and `variance.*` that between them.
     pub image: Option<String>,
     /// Its preview, tone-mapped as the scene says.
     pub preview: Option<String>,

@@ -11,6 +11,7 @@ use super::reference::Reference;
 use super::results::{Case, DeviceDescription, FORMAT, Images, Results, Summary};
 use super::suite::{CaseSpec, Suite};
 use super::summary::{Measured, summarise};
+use super::trust::Trust;
 use super::watch::Watch;
 use crate::device::DeviceInfo;
 use crate::render::{BRICK_SHIFT, Plan, data_hash, load_volume, method_name};
@@ -31,17 +32,26 @@ struct Slot<'a> {
     case: &'a CaseSpec,
     facts: &'a Facts,
     device: &'a DeviceInfo,
-    selftest: Option<bool>,
+    trust: Trust,
     reference: Option<&'a Reference>,
     pieces: Vec<Piece>,
 }
 
-/// Runs `suite` on `devices`; everything that is finished is in `folder`, and in the results, even after an interrupt.
+/// How a suite is run.
+pub struct Options<'a> {
+    /// On which devices, at least one.
+    pub devices: &'a [&'a DeviceInfo],
+    /// Whether devices must pass the self-test.
+    pub selftest: bool,
+}
+
+/// Runs `suite`; everything that is finished is in `folder`, and in the results, even after an interrupt.
 ///
 /// # Errors
 /// [`Error::Input`] when a case's data are wrong, [`Error::Failed`] when a device or the disk fails. An interrupt is
 /// none: the results are incomplete then.
-pub fn run(suite: &Suite, devices: &[&DeviceInfo], folder: &Folder, watch: &Watch<'_>) -> Result<Results> {
+pub fn run(suite: &Suite, options: &Options<'_>, folder: &Folder, watch: &Watch<'_>) -> Result<Results> {
+    let devices = options.devices;
     let (started, begin) = (now(), Instant::now());
     let facts = suite.cases.iter().map(|case| facts(case, devices)).collect::<Result<Vec<_>>>()?;
     let mut references = Vec::new();
@@ -53,9 +63,11 @@ pub fn run(suite: &Suite, devices: &[&DeviceInfo], folder: &Folder, watch: &Watc
     }
     let mut slots: Vec<Slot<'_>> = Vec::new();
     for &device in devices {
+        let trust = if options.selftest { Trust::of(device, folder, watch)? } else { Trust::default() };
         for (index, (case, facts)) in suite.cases.iter().zip(&facts).enumerate() {
             let reference = references.get(index);
-            slots.push(Slot { case, facts, device, selftest: None, reference, pieces: Vec::new() });
+            let trust = trust.clone();
+            slots.push(Slot { case, facts, device, trust, reference, pieces: Vec::new() });
         }
     }
     let bench = Bench { suite, folder, watch, started, begin };
@@ -94,11 +106,13 @@ impl Bench<'_> {
         if slots.iter().any(|slot| slot.reference.is_none()) {
             return Ok(false);
         }
-        let rounds = slots.iter().map(|slot| slot.case.repeats).max().unwrap_or(0);
-        let total: usize = slots.iter().map(|slot| slot.case.repeats as usize).sum();
+        // What a device computes that fails the self-test counts for nothing.
+        let repeats = |slot: &Slot<'_>| if slot.trust.passed == Some(false) { 0 } else { slot.case.repeats };
+        let rounds = slots.iter().map(repeats).max().unwrap_or(0);
+        let total: usize = slots.iter().map(|slot| repeats(slot) as usize).sum();
         let mut done = 0;
         for round in 0..rounds {
-            for slot in slots.iter_mut().filter(|slot| round < slot.case.repeats) {
+            for slot in slots.iter_mut().filter(|slot| round < repeats(slot)) {
                 done += 1;
                 let Some(piece) = or_none(self.piece(slot, round, (done, total)), self.watch)? else {
                     return Ok(false);
@@ -170,7 +184,8 @@ impl Bench<'_> {
                 driver: device.driver.clone(),
                 version: device.version.clone(),
                 compute_units: device.compute_units,
-                selftest: slot.selftest,
+                selftest: slot.trust.passed,
+                selftest_failures: slot.trust.failures.clone(),
             },
             method: method_name(&spec.scene.method).into(),
             estimators: estimators(&spec.scene.method),

@@ -1,5 +1,6 @@
 //! The validated suite: every case of the matrix with its scene.
 
+use super::computed;
 use super::results::{Measure, SuiteInfo};
 use super::types::{
     CaseConfig, CheckpointsConfig, GatesConfig, PublishedConfig, ReferenceConfig, SuiteConfig, VariantConfig,
@@ -92,8 +93,8 @@ pub enum ReferenceSpec {
 /// A reference to be rendered.
 #[derive(Clone, Debug)]
 pub struct ComputedReference {
-    /// The scene, with the seed of references.
-    pub scene: Scene,
+    /// The scene with the seeds of its independent streams.
+    pub scenes: Vec<Scene>,
     /// Overrides beyond those of the case.
     pub overrides: Vec<String>,
     /// Estimated relative error to reach.
@@ -395,11 +396,9 @@ fn finish(draft: Draft<'_>) -> Result<CaseSpec> {
             ReferenceSpec::File { name: name.clone(), path: draft.reference_path.unwrap_or_default() }
         }
         ReferenceConfig::Computed { set, error, time } => {
-            let seed = format!("seed={REFERENCE_SEED}");
-            let sets: Vec<String> = draft.overrides.iter().chain(set).chain([&seed]).cloned().collect();
-            let scene = Scene::load(&draft.scene_path, &sets)?;
+            let sets: Vec<String> = draft.overrides.iter().chain(set).cloned().collect();
             ReferenceSpec::Computed(Box::new(ComputedReference {
-                scene,
+                scenes: computed::scenes(&draft.scene_path, &sets, REFERENCE_SEED)?,
                 overrides: set.clone(),
                 error: error.0,
                 time: time.map(|limit| limit.0),

@@ -7,7 +7,7 @@ use crate::bench::files::{Folder, read_json};
 use crate::bench::results::{Results, Severity};
 use crate::bench::suite::Suite;
 use crate::bench::table::table;
-use crate::bench::{Watch, baseline, findings, run as run_suite};
+use crate::bench::{Options, Watch, baseline, findings, run as run_suite};
 use crate::device::{Catalog, DeviceInfo};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -26,6 +26,9 @@ pub struct BenchArgs {
     /// The results.json of an earlier run: what became slower or noisier since is exit code 3.
     #[arg(long, value_name = "results.json")]
     baseline: Option<PathBuf>,
+    /// Do not ask whether the devices compute what they should; the results say so.
+    #[arg(long)]
+    no_selftest: bool,
     /// Print nothing but the table and errors.
     #[arg(long)]
     quiet: bool,
@@ -52,8 +55,9 @@ pub fn run(arguments: &BenchArgs) -> Result<()> {
             say(text);
         }
     };
+    let options = Options { devices: &devices, selftest: !arguments.no_selftest };
     let watch = Watch::new(&tell, &interrupt);
-    let mut results = run_suite(&suite, &devices, &folder, &watch)?;
+    let mut results = run_suite(&suite, &options, &folder, &watch)?;
     if let Some(old) = &old {
         results.findings.extend(baseline::compare(&results, old, suite.slower));
         findings::sort(&mut results.findings);

@@ -8,6 +8,7 @@ mod interrupt;
 mod output;
 mod progress;
 mod render;
+mod selftest;
 mod stderr;
 mod summary;
 
@@ -20,8 +21,8 @@ use std::path::Path;
 
 /// Render volumes on any OpenCL device: a TOML scene in, a progressive EXR image out.
 ///
-/// Exit codes: 0 fine; 1 it failed while running; 2 the input is wrong (arguments, scene, data); 3 a comparison is
-/// out of tolerance; 130 interrupted, after the last image was written whole.
+/// Exit codes: 0 fine; 1 it failed while running; 2 the input is wrong (arguments, scene, data); 3 a comparison or
+/// self-test is out of tolerance; 130 interrupted, after the last image was written whole.
 #[derive(Parser)]
 #[command(name = "svetlo", version, arg_required_else_help = true)]
 struct Arguments {
@@ -37,6 +38,8 @@ enum Command {
     Check(check::CheckArgs),
     /// List OpenCL platforms and devices, and the selector that picks each.
     Devices(devices::DevicesArgs),
+    /// Prove that devices compute what they should: layouts, random numbers, and renders with known results.
+    Selftest(selftest::SelftestArgs),
     /// Compare an image with a reference: RMSE, PSNR, relMSE, MAPE, bias.
     Compare(CompareArgs),
     /// Run a suite of benchmarks: speed against error.
@@ -77,6 +80,7 @@ fn run(command: Command) -> Result<()> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
+        Command::Selftest(arguments) => selftest::run(&arguments),
         Command::Compare(arguments) => crate::metrics::command::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Schema => print_line(&pretty(&crate::config::schema())),

@@ -21,7 +21,7 @@ pub fn folder(suite: &str) -> Folder {
 
 /// Runs the suite of a folder into `out`, with more arguments.
 pub fn bench(folder: &Folder, more: &[&str]) -> Ran {
-    let arguments = ["bench", "suite.toml", "-o", "out"];
+    let arguments = ["bench", "suite.toml", "-o", "out", "--no-selftest"];
     folder.run(&arguments.iter().chain(more).collect::<Vec<_>>())
 }
 

@@ -22,7 +22,7 @@ checkpoints = { samples = [1, LONG] }
 fn an_interrupted_bench_keeps_what_is_finished_and_goes_on() {
     let folder = folder(&SUITE.replace("LONG", "100000000"));
     let mut child = folder
-        .svetlo(&["bench", "suite.toml", "-o", "out", "--quiet"])
+        .svetlo(&["bench", "suite.toml", "-o", "out", "--quiet", "--no-selftest"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
