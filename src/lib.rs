@@ -13,6 +13,7 @@ pub mod metrics;
 pub mod picture;
 pub mod reference;
 pub mod render;
+pub mod report;
 pub mod scene;
 pub mod selftest;
 pub mod transfer;
