@@ -63,6 +63,7 @@ pub fn run(arguments: &BenchArgs) -> Result<()> {
         findings::sort(&mut results.findings);
         folder.write_results(&results)?;
     }
+    crate::report::write(&results, &folder.path(""))?;
     print_line(&table(&results))?;
     outcome(&results)
 }

@@ -102,7 +102,6 @@ fn metrics(case: &Case, pooled: &Metrics) -> Markup {
             div { dt { "relMSE" } dd { (known(pooled.relmse.map(|of| numbers::interval(&of, plain)))) } }
             div { dt { "MAPE" } dd { (known(pooled.mape.map(|of| numbers::interval(&of, numbers::share)))) } }
             div { dt { "Bias" } dd { (numbers::interval(&pooled.bias, plain)) @if let Some(z) = pooled.bias_z { ", " (plain(z)) " σ" } } }
-            div { dt { "Beyond 1.96 σ (expected 5 %)" } dd { (known(pooled.beyond_1_96.map(numbers::share))) } }
         }
     }
 }
