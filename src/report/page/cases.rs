@@ -81,7 +81,8 @@ fn facts(case: &Case) -> Markup {
             div { dt { "Size" } dd { (case.width) "×" (case.height) " pixels, " (x) "×" (y) "×" (z) " voxels, "
                 (numbers::bytes(case.device_bytes as f64)) " on the device" } }
             div { dt { "Reference" } dd { (user(&reference.description)) (rendered.unwrap_or_default()) "; its own error: "
-                (tables::reference(case)) @if reference.relative_error.is_some_and(|error| error > 0.0) { " % of its mean" } } }
+                (tables::reference(case)) @if reference.relative_error.is_some_and(|error| error > 0.0) { " % of its mean" }
+                @if let Some(wanted) = reference.wanted_error { ", wanted: " (numbers::share(wanted)) } } }
             div { dt { "Beforehand" } dd { "building " (spread(case.summary.build)) ", loading and planning " (spread(case.summary.prepare)) } }
         }
     }
@@ -102,7 +103,6 @@ fn metrics(case: &Case, pooled: &Metrics) -> Markup {
             div { dt { "relMSE" } dd { (known(pooled.relmse.map(|of| numbers::interval(&of, plain)))) } }
             div { dt { "MAPE" } dd { (known(pooled.mape.map(|of| numbers::interval(&of, numbers::share)))) } }
             div { dt { "Bias" } dd { (numbers::interval(&pooled.bias, plain)) @if let Some(z) = pooled.bias_z { ", " (plain(z)) " σ" } } }
-            div { dt { "Beyond 1.96 σ (expected 5 %)" } dd { (known(pooled.beyond_1_96.map(numbers::share))) } }
         }
     }
 }

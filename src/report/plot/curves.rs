@@ -86,7 +86,7 @@ const WIDTH: f64 = 640.0;
 const AXES: f64 = 330.0;
 const LEFT: f64 = 68.0;
 const TOP: f64 = 38.0;
-const MARGIN: f64 = 16.0;
+const MARGIN: f64 = 24.0;
 
 /// Draws the plot. What is not finite or not positive has no place on it; an error below the noise is a hollow
 /// marker on the lower edge.
@@ -200,7 +200,8 @@ fn lines(drawing: &mut Drawing, curve: &Curve, x: &Axis, y: &Axis) {
         drawing.dashed(vec![fitted(first), fitted(last)], ink, 1.0, [2.0, 3.0]);
     }
     for point in &curve.points {
-        if let (Some([_, b]), Some([from, to])) = (point.seen(), point.x_range) {
+        let range = point.x_range.filter(|range| range.iter().copied().all(is_plottable));
+        if let (Some([_, b]), Some([from, to])) = (point.seen(), range) {
             let at = y.place(b);
             drawing.line(vec![[x.place(from), at], [x.place(to), at]], ink, 1.4);
         }
