@@ -10,6 +10,7 @@ mod computed;
 pub mod files;
 pub mod findings;
 mod gallery;
+pub mod ladder;
 mod machine;
 pub mod measure;
 mod piece;

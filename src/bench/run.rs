@@ -20,8 +20,9 @@ use crate::{Error, Result};
 use std::time::Instant;
 
 /// What a case is, beyond its scene.
-struct Facts {
-    data: String,
+pub(super) struct Facts {
+    /// Hash of the files that the scene reads.
+    pub data: String,
     deterministic: bool,
     voxels: [usize; 3],
     device_bytes: u64,
@@ -217,7 +218,7 @@ impl Bench<'_> {
 }
 
 /// Loads the case's data once: whatever is wrong is found before the first measurement.
-fn facts(case: &CaseSpec, devices: &[&DeviceInfo]) -> Result<Facts> {
+pub(super) fn facts(case: &CaseSpec, devices: &[&DeviceInfo]) -> Result<Facts> {
     let named = |error: Error| match error {
         Error::Input(text) => Error::Input(format!("case \"{}\": {text}", case.name)),
         Error::Failed(text) => Error::Failed(format!("case \"{}\": {text}", case.name)),

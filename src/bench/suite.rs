@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Seed of computed references: far from those of repeats, which count up from the suite's.
-const REFERENCE_SEED: u64 = 0x7265_6600_0000_0000;
+pub(super) const REFERENCE_SEED: u64 = 0x7265_6600_0000_0000;
 /// Most cases of a suite; more are a mistake in `vary`.
 const MOST_CASES: usize = 1000;
 

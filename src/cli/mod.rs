@@ -5,6 +5,7 @@ mod check;
 mod devices;
 mod energy;
 mod interrupt;
+mod ladder;
 mod output;
 mod progress;
 mod render;
@@ -44,6 +45,8 @@ enum Command {
     Compare(CompareArgs),
     /// Run a suite of benchmarks: speed against error.
     Bench(bench::BenchArgs),
+    /// Render a scene by ever better models of light: error and cost of each, and the cheapest that will do.
+    Ladder(ladder::LadderArgs),
     /// Print the JSON Schema of scene files, for editors.
     Schema,
 }
@@ -83,6 +86,7 @@ fn run(command: Command) -> Result<()> {
         Command::Selftest(arguments) => selftest::run(&arguments),
         Command::Compare(arguments) => crate::metrics::command::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Ladder(arguments) => ladder::run(&arguments),
         Command::Schema => print_line(&pretty(&crate::config::schema())),
     }
 }

@@ -47,8 +47,10 @@ fn numbers_are_those_of_the_kept_pictures() {
     assert!(results.published[0].ours[0].value > 0.0);
     csv_parses(&folder, &results.cases);
     deterministic(&results.cases[3]);
-    for case in &results.cases[..3] {
-        unbiased(case);
+    unbiased(&results.cases[2]);
+    for case in &results.cases[..2] {
+        // Points of a pixel are spread evenly: its mean comes nearer faster than that of independent ones.
+        assert!(case.summary.slope.unwrap().high.unwrap() < -0.5, "{:?}", case.summary.slope);
     }
     let bad = results.findings.iter().find(|finding| finding.kind == FindingKind::Bias);
     assert_eq!(bad, None);
@@ -75,13 +77,10 @@ fn equals_compare(folder: &crate::support::Folder, case: &Case) {
 
 fn csv_parses(folder: &crate::support::Folder, cases: &[Case]) {
     let mut reader = csv::Reader::from_path(folder.path("out/results.csv")).unwrap();
-    let column = |name: &str| {
-        reader.headers().unwrap().iter().position(|header| header == name).unwrap_or_else(|| panic!("{name}"))
-    };
-    let mut reader2 = csv::Reader::from_path(folder.path("out/results.csv")).unwrap();
-    let mut column = column;
+    let headers = reader.headers().unwrap().clone();
+    let column = |name: &str| headers.iter().position(|header| header == name).unwrap();
     let (name, samples, mse) = (column("case"), column("samples"), column("mse"));
-    let rows: Vec<csv::StringRecord> = reader2.records().map(|row| row.unwrap()).collect();
+    let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.unwrap()).collect();
     let mut expected = Vec::new();
     for case in cases {
         for checkpoint in case.repeats.iter().flat_map(|repeat| &repeat.checkpoints) {
