@@ -12,11 +12,13 @@
 
 mod advice;
 mod figures;
-pub mod ladder;
+mod ladder;
 mod numbers;
 mod page;
 mod plot;
 mod view;
+
+pub use self::ladder::write_ladder;
 
 use std::{io::Write, path::Path};
 

@@ -71,8 +71,8 @@ impl Axis {
             Scale::Linear => (value - self.low) / (self.high - self.low),
             Scale::Log => (value.ln() - self.low.ln()) / (self.high.ln() - self.low.ln()),
         };
-        // `max` turns the NaN of a negative value into the low end.
-        self.from + share.max(0.0).min(1.0) * (self.to - self.from)
+        let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
+        self.from + share * (self.to - self.from)
     }
 
     /// Where the marks are.

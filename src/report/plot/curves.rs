@@ -51,6 +51,8 @@ pub struct CurvePoint {
     pub low: Option<f64>,
     /// Upper end of its interval.
     pub high: Option<f64>,
+    /// Whether it is part of the line only, without a marker.
+    pub plain: bool,
     /// What a pointer over it is told.
     pub hint: String,
 }
@@ -209,7 +211,7 @@ fn lines(drawing: &mut Drawing, curve: &Curve, x: &Axis, y: &Axis) {
 }
 
 fn markers(drawing: &mut Drawing, curve: &Curve, x: &Axis, y: &Axis) {
-    for point in curve.points.iter().filter(|point| is_plottable(point.x)) {
+    for point in curve.points.iter().filter(|point| is_plottable(point.x) && !point.plain) {
         let height = point.seen().map_or(0.0, |[_, b]| b);
         let hint = Some(point.hint.clone()).filter(|hint| !hint.is_empty());
         drawing.marker([x.place(point.x), y.place(height)], curve.series, point.sunk(), hint);

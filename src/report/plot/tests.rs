@@ -62,6 +62,7 @@ fn falling(series: usize, name: &str, error: f64) -> Curve {
             y: Some(y),
             low,
             high,
+            plain: false,
             hint: format!("{name} {k}"),
         }
     };
@@ -195,7 +196,7 @@ proptest! {
         slope in prop::option::of(any::<f64>()),
     ) {
         let point = |&(x, from, to, y, low): &(f64, f64, f64, Option<f64>, Option<f64>)| {
-            CurvePoint { x, x_range: Some([from, to]), y, low, high: y, hint: "h".into() }
+            CurvePoint { x, x_range: Some([from, to]), y, low, high: y, plain: false, hint: "h".into() }
         };
         let points = values.iter().map(point).collect();
         let curve = Curve { series: 0, name: "n".into(), note: "s".into(), points, slope };
