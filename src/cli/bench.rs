@@ -9,6 +9,7 @@ use crate::bench::suite::Suite;
 use crate::bench::table::table;
 use crate::bench::{Options, Watch, baseline, findings, run as run_suite};
 use crate::device::{Catalog, DeviceInfo};
+use crate::report;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -63,7 +64,7 @@ pub fn run(arguments: &BenchArgs) -> Result<()> {
         findings::sort(&mut results.findings);
         folder.write_results(&results)?;
     }
-    crate::report::write(&results, &folder.path(""))?;
+    report::write(&results, &folder.path("."))?;
     print_line(&table(&results))?;
     outcome(&results)
 }

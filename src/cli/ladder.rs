@@ -8,6 +8,7 @@ use crate::bench::ladder::{Request, climb};
 use crate::bench::{Options, Watch};
 use crate::config::formats::{parse_duration, parse_percentage};
 use crate::device::Catalog;
+use crate::report;
 use crate::{Error, Result};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -75,6 +76,9 @@ pub fn run(arguments: &LadderArgs) -> Result<()> {
             say("interrupted before anything was measured");
         }
     })?;
+    if arguments.output.is_some() {
+        report::write_ladder(&ladder, &folder.path("."))?;
+    }
     if arguments.json {
         let value = serde_json::to_value(&ladder)
             .map_err(|cause| Error::Failed(format!("cannot describe the ladder: {cause}")))?;

@@ -152,6 +152,7 @@ fn curve_point(
         y: error.map(|error| error.value),
         low: error.and_then(|error| error.low),
         high: error.and_then(|error| error.high),
+        plain: false,
         hint: format!("{}: {samples} samples, {time}, {said}", member.label),
     }
 }

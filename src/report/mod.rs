@@ -5,16 +5,20 @@
 //! | `view` | cases in groups; which of them can stand in for each other |
 //! | `advice` | for an error that one can live with, what gets there first |
 //! | `figures` | which plots a group gets |
+//! | `ladder` | the picture of a model ladder |
 //! | `plot` | drawing them, as SVG and PNG |
 //! | `page` | `report.html` |
 //! | `numbers` | numbers as people read them |
 
 mod advice;
 mod figures;
+mod ladder;
 mod numbers;
 mod page;
 mod plot;
 mod view;
+
+pub use self::ladder::write_ladder;
 
 use std::{io::Write, path::Path};
 

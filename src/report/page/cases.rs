@@ -81,7 +81,8 @@ fn facts(case: &Case) -> Markup {
             div { dt { "Size" } dd { (case.width) "×" (case.height) " pixels, " (x) "×" (y) "×" (z) " voxels, "
                 (numbers::bytes(case.device_bytes as f64)) " on the device" } }
             div { dt { "Reference" } dd { (user(&reference.description)) (rendered.unwrap_or_default()) "; its own error: "
-                (tables::reference(case)) @if reference.relative_error.is_some_and(|error| error > 0.0) { " % of its mean" } } }
+                (tables::reference(case)) @if reference.relative_error.is_some_and(|error| error > 0.0) { " % of its mean" }
+                @if let Some(wanted) = reference.wanted_error { ", wanted: " (numbers::share(wanted)) } } }
             div { dt { "Beforehand" } dd { "building " (spread(case.summary.build)) ", loading and planning " (spread(case.summary.prepare)) } }
         }
     }

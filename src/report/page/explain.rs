@@ -35,7 +35,7 @@ pub fn terms(view: &View<'_>) -> Markup {
             dt { "slope" } dd { "the exponent of RMSE against samples. Independent samples give −½: four times the samples, half the error. Well-spread samples can do better (below −½); a bias makes the curve flat." }
             dt { "efficiency" } dd { "1/(MSE · time), with the MSE relative to the reference's mean: 10⁴ per second is an error of 1 % after one second. Twice the efficiency is the same picture in half the time." }
             dt { "time" } dd { "wall time of the measured steps, without building programs, loading and warming up, which are listed apart." }
-            dt { "95 % interval" } dd { "where the true value lies in 95 of 100 benches; from the scatter of repeats and of blocks of the picture." }
+            dt { "95 % interval" } dd { "made so that it holds the true value in 95 of 100 benches; from the scatter of repeats and of blocks of the picture." }
             dt { "quartiles" } dd { "half of the repeats were between them." }
             dt { "reference" } dd { "“exact” is known from theory or free of noise; a rendered one has an error of its own (± its standard error), and errors not well above it are called out." }
             dt { "look-ups, bytes" } dd { "how often the volume was sampled, and the bytes of the eight voxels each asks for, before any cache." }

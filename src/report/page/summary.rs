@@ -26,14 +26,15 @@ pub fn header(view: &View<'_>) -> Markup {
         }
     }
     html! {
-        p.kind { "svetlo bench: speed against error" }
+        p.kind { "svetlo bench: what pictures cost, and how wrong they are" }
         h1 { (user(&results.suite.title)) }
         @if !results.suite.about.is_empty() { p.about { (user(&results.suite.about)) } }
         dl.facts {
             div { dt { "Measured" } dd { (plural(results.cases.len(), "case")) ", " (repeats) " independent repeats each" } }
             div { dt { "On" } dd { (user(&results.machine.cpu)) ", " (plural(results.machine.cores, "core")) "; "  @for (i, device) in devices.iter().enumerate() { @if i > 0 { ", " } (user(device)) } } }
             div { dt { "Errors" } dd { (errors(view)) } }
-            div { dt { "When" } dd { (results.started) ", took " (numbers::seconds(results.seconds)) } }
+            @if !results.cases.is_empty() { div { dt { "Self-test" } dd { (selftest(view)) } } }
+            div { dt { "When" } dd { (date(&results.started)) ", took " (numbers::seconds(results.seconds)) } }
         }
         nav {
             @for (id, title) in [("findings", "Found"), ("use", "Use"), ("cases", "Cases"), ("plots", "Plots"),
@@ -41,6 +42,24 @@ pub fn header(view: &View<'_>) -> Markup {
                 a href={ "#" (id) } { (title) } " "
             }
         }
+    }
+}
+
+/// `2026-01-31T12:00:00Z` without the letters.
+fn date(started: &str) -> String {
+    match started.split_once('T').and_then(|(day, time)| Some((day, time.strip_suffix('Z')?))) {
+        Some((day, time)) => format!("{day} {time} UTC"),
+        None => started.to_owned(),
+    }
+}
+
+/// Whether the devices were seen to compute what they should.
+fn selftest(view: &View<'_>) -> &'static str {
+    let all = || view.results.cases.iter().map(|case| case.device.selftest);
+    match () {
+        () if all().any(|passed| passed == Some(false)) => "failed on a device: nothing was measured there",
+        () if all().any(|passed| passed.is_none()) => "not run",
+        () => "passed on every device",
     }
 }
 

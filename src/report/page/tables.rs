@@ -56,7 +56,7 @@ fn case_row(view: &View<'_>, member: &Member<'_>) -> Markup {
             td.n { (known(summary.samples_per_second.map(|rate| numbers::seconds(1.0 / rate.median)))) }
             td.n { (error(case)) }
             td.n { (known(last.and_then(|last| last.psnr_linear_db).map(|psnr| numbers::significant(psnr, 3)))) }
-            td.n { (known(bias(case))) }
+            td.n { (bias(case)) }
             td.n { (spread(summary.slope.filter(|_| !case.deterministic), &|value| numbers::significant(value, 3))) }
             td.n { (spread(efficiency, &|value| numbers::significant(value, 3))) }
             td.n { (reference(case)) }
@@ -96,19 +96,19 @@ fn alone(of: Interval) -> Interval {
     Interval { low: None, high: None, ..of }
 }
 
-/// Bias ± half its interval, in percent of the reference's mean.
-fn bias(case: &Case) -> Option<String> {
-    let pooled = case.pooled.as_ref()?;
-    let relative = pooled.relative_bias?;
-    let half = pooled
-        .bias
-        .low
-        .zip(pooled.bias.high)
-        .map(|(low, high)| 0.5 * (high - low) / case.reference.mean.abs());
-    Some(match half.filter(|half| half.is_finite() && *half > 0.0) {
-        Some(half) => format!("{} ± {}", numbers::percent(relative, 2), numbers::percent(half, 2)),
-        None => numbers::percent(relative, 2),
-    })
+/// Bias in percent of the reference's mean, and half its interval.
+fn bias(case: &Case) -> Markup {
+    let Some((pooled, relative)) =
+        case.pooled.as_ref().and_then(|pooled| Some((pooled, pooled.relative_bias?)))
+    else {
+        return html! { (numbers::UNKNOWN) };
+    };
+    let mean = case.reference.mean.abs();
+    let half = pooled.bias.low.zip(pooled.bias.high).map(|(low, high)| 0.5 * (high - low) / mean);
+    html! {
+        (numbers::percent(relative, 2))
+        @if let Some(half) = half.filter(|half| *half > 0.0) { " " span.range { "± " (numbers::percent(half, 2)) } }
+    }
 }
 
 /// How sure the reference is.
@@ -216,7 +216,7 @@ pub fn machine(view: &View<'_>) -> Markup {
                             td { (user(&device.name)) } td { (user(&device.platform)) } td { (user(&device.driver)) }
                             td { (user(&device.version)) } td.n { (device.compute_units) }
                             td { code { (user(&device.selector)) } }
-                            td { (selftest(device.selftest)) }
+                            td { (selftest(device)) }
                         }
                     }
                 }
@@ -225,10 +225,13 @@ pub fn machine(view: &View<'_>) -> Markup {
     }
 }
 
-fn selftest(passed: Option<bool>) -> Markup {
-    match passed {
+fn selftest(device: &DeviceDescription) -> Markup {
+    match device.selftest {
         Some(true) => html! { span.badge.good { "passed" } },
-        Some(false) => html! { span.badge.failure { "failed" } },
+        Some(false) => html! {
+            span.badge.failure { "failed" }
+            @for check in &device.selftest_failures { " " (user(check)) }
+        },
         None => html! { span.badge.note { "not run" } },
     }
 }

@@ -50,7 +50,7 @@ impl Axis {
     /// A linear axis from 0 to a little beyond the largest of the values.
     pub fn from_zero(values: impl IntoIterator<Item = f64>) -> Self {
         let high = values.into_iter().filter(|&value| is_plottable(value)).fold(0.0, f64::max);
-        let high = if high > 0.0 { 1.04 * high } else { 1.0 };
+        let high = if high > 0.0 { (1.04 * high).min(f64::MAX) } else { 1.0 };
         Self { scale: Scale::Linear, low: 0.0, high, from: 0.0, to: 1.0 }
     }
 
@@ -71,8 +71,8 @@ impl Axis {
             Scale::Linear => (value - self.low) / (self.high - self.low),
             Scale::Log => (value.ln() - self.low.ln()) / (self.high.ln() - self.low.ln()),
         };
-        // `max` turns the NaN of a negative value into the low end.
-        self.from + share.max(0.0).min(1.0) * (self.to - self.from)
+        let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
+        self.from + share * (self.to - self.from)
     }
 
     /// Where the marks are.
@@ -105,7 +105,7 @@ impl Axis {
             d if d < 2.5 => &[1, 2, 5],
             _ => &[1],
         };
-        let every = (decades / MOST_LABELS).ceil() as i32;
+        let every = (decades / MOST_LABELS).ceil().max(1.0) as i32;
         let ninths = if every > 1 { 1 } else { 9 };
         let exponents = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
         let all = exponents.flat_map(|exponent| (1..=ninths).map(move |ninth| (exponent, ninth)));
@@ -118,9 +118,9 @@ impl Axis {
     }
 }
 
-/// Whether a value has a place on a logarithmic axis.
+/// Whether a value has a place on a logarithmic axis. The smallest numbers of all have none: their reciprocals overflow.
 pub fn is_plottable(value: f64) -> bool {
-    value.is_finite() && value > 0.0
+    value.is_normal() && value > 0.0
 }
 
 #[cfg(test)]

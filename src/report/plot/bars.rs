@@ -98,7 +98,8 @@ fn draw_bar(drawing: &mut Drawing, bar: &Bar, axis: &Axis, y: f64, from_zero: bo
     } else {
         drawing.marker([end, y], bar.series, false, hint);
     }
-    let Some([low, high]) = bar.range.map(|range| range.map(|end| axis.place(end))) else { return };
+    let range = bar.range.filter(|range| range.iter().all(|end| end.is_finite()));
+    let Some([low, high]) = range.map(|range| range.map(|end| axis.place(end))) else { return };
     let whisker = if from_zero { Ink::Text } else { ink };
     drawing.line(vec![[low, y], [high, y]], whisker, 1.4);
     for end in [low, high] {

@@ -51,6 +51,8 @@ pub struct CurvePoint {
     pub low: Option<f64>,
     /// Upper end of its interval.
     pub high: Option<f64>,
+    /// Whether it is part of the line only, without a marker.
+    pub plain: bool,
     /// What a pointer over it is told.
     pub hint: String,
 }
@@ -86,7 +88,7 @@ const WIDTH: f64 = 640.0;
 const AXES: f64 = 330.0;
 const LEFT: f64 = 68.0;
 const TOP: f64 = 38.0;
-const MARGIN: f64 = 16.0;
+const MARGIN: f64 = 24.0;
 
 /// Draws the plot. What is not finite or not positive has no place on it; an error below the noise is a hollow
 /// marker on the lower edge.
@@ -200,7 +202,8 @@ fn lines(drawing: &mut Drawing, curve: &Curve, x: &Axis, y: &Axis) {
         drawing.dashed(vec![fitted(first), fitted(last)], ink, 1.0, [2.0, 3.0]);
     }
     for point in &curve.points {
-        if let (Some([_, b]), Some([from, to])) = (point.seen(), point.x_range) {
+        let range = point.x_range.filter(|range| range.iter().copied().all(is_plottable));
+        if let (Some([_, b]), Some([from, to])) = (point.seen(), range) {
             let at = y.place(b);
             drawing.line(vec![[x.place(from), at], [x.place(to), at]], ink, 1.4);
         }
@@ -208,7 +211,7 @@ fn lines(drawing: &mut Drawing, curve: &Curve, x: &Axis, y: &Axis) {
 }
 
 fn markers(drawing: &mut Drawing, curve: &Curve, x: &Axis, y: &Axis) {
-    for point in curve.points.iter().filter(|point| is_plottable(point.x)) {
+    for point in curve.points.iter().filter(|point| is_plottable(point.x) && !point.plain) {
         let height = point.seen().map_or(0.0, |[_, b]| b);
         let hint = Some(point.hint.clone()).filter(|hint| !hint.is_empty());
         drawing.marker([x.place(point.x), y.place(height)], curve.series, point.sunk(), hint);
