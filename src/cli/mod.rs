@@ -1,8 +1,11 @@
 //! The command line: arguments in, one of the documented exit codes out.
 
+mod bench;
 mod check;
 mod devices;
 mod energy;
+mod interrupt;
+mod ladder;
 mod output;
 mod progress;
 mod render;
@@ -40,6 +43,10 @@ enum Command {
     Selftest(selftest::SelftestArgs),
     /// Compare an image with a reference: RMSE, PSNR, relMSE, MAPE, bias.
     Compare(CompareArgs),
+    /// Run a suite of benchmarks: speed against error.
+    Bench(bench::BenchArgs),
+    /// Render a scene by ever better models of light: error and cost of each, and the cheapest that will do.
+    Ladder(ladder::LadderArgs),
     /// Print the JSON Schema of scene files, for editors.
     Schema,
 }
@@ -78,6 +85,8 @@ fn run(command: Command) -> Result<()> {
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Selftest(arguments) => selftest::run(&arguments),
         Command::Compare(arguments) => crate::metrics::command::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Ladder(arguments) => ladder::run(&arguments),
         Command::Schema => print_line(&pretty(&crate::config::schema())),
     }
 }
