@@ -11,8 +11,9 @@ use std::time::Instant;
 /// Arguments of `svetlo selftest`.
 #[derive(clap::Args)]
 pub struct SelftestArgs {
-    /// Device to test, as `svetlo devices` lists them; without it, every device.
-    #[arg(long, value_name = "SELECTOR", env = "SVETLO_DEVICE")]
+    /// The device: a selector of `svetlo devices`, a kind (cpu, gpu) or part of a name [env: SVETLO_DEVICE]
+    /// [default: every device].
+    #[arg(long, value_name = "SELECTOR")]
     device: Option<String>,
     /// Run only this check; may be given again.
     #[arg(long, value_name = "CHECK", value_parser = PossibleValuesParser::new(CHECKS.iter().map(|check| check.name)))]
@@ -28,8 +29,10 @@ pub struct SelftestArgs {
 /// [`Error::Tolerance`] when a check fails, [`Error::Failed`] when there is no device, [`Error::Input`] when none matches.
 pub fn run(arguments: &SelftestArgs) -> Result<()> {
     let catalog = Catalog::enumerate();
-    let selected = catalog.select(arguments.device.as_deref())?;
-    let devices = match arguments.device {
+    let variable = std::env::var("SVETLO_DEVICE").ok().filter(|text| !text.trim().is_empty());
+    let selector = arguments.device.clone().or(variable);
+    let selected = catalog.select(selector.as_deref())?;
+    let devices = match selector {
         Some(_) => std::slice::from_ref(selected),
         None => &catalog.devices,
     };

@@ -6,6 +6,7 @@
 mod bad_input;
 mod bad_volumes;
 mod contract;
+mod documents;
 mod examples;
 mod interrupt;
 mod output;
