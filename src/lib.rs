@@ -3,6 +3,7 @@
 //! Dependencies point one way: `config` (TOML with spans) → `scene` (validated) → `device`
 //! (the only place that knows OpenCL) → `render` → `film` → `picture` (EXR, PNG).
 
+pub mod bench;
 pub mod cli;
 pub mod config;
 pub mod device;
@@ -12,7 +13,9 @@ pub mod metrics;
 pub mod picture;
 pub mod reference;
 pub mod render;
+pub mod report;
 pub mod scene;
+pub mod selftest;
 pub mod transfer;
 pub mod volume;
 

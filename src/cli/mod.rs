@@ -1,11 +1,15 @@
 //! The command line: arguments in, one of the documented exit codes out.
 
+mod bench;
 mod check;
 mod devices;
 mod energy;
+mod interrupt;
+mod ladder;
 mod output;
 mod progress;
 mod render;
+mod selftest;
 mod stderr;
 mod summary;
 
@@ -18,8 +22,8 @@ use std::path::Path;
 
 /// Render volumes on any OpenCL device: a TOML scene in, a progressive EXR image out.
 ///
-/// Exit codes: 0 fine; 1 it failed while running; 2 the input is wrong (arguments, scene, data); 3 a comparison is
-/// out of tolerance; 130 interrupted, after the last image was written whole.
+/// Exit codes: 0 fine; 1 it failed while running; 2 the input is wrong (arguments, scene, data); 3 a comparison or
+/// self-test is out of tolerance; 130 interrupted, after the last image was written whole.
 #[derive(Parser)]
 #[command(name = "svetlo", version, arg_required_else_help = true)]
 struct Arguments {
@@ -35,8 +39,14 @@ enum Command {
     Check(check::CheckArgs),
     /// List OpenCL platforms and devices, and the selector that picks each.
     Devices(devices::DevicesArgs),
+    /// Prove that devices compute what they should: layouts, random numbers, and renders with known results.
+    Selftest(selftest::SelftestArgs),
     /// Compare an image with a reference: RMSE, PSNR, relMSE, MAPE, bias.
     Compare(CompareArgs),
+    /// Run a suite of benchmarks: speed against error.
+    Bench(bench::BenchArgs),
+    /// Render a scene by ever better models of light: error and cost of each, and the cheapest that will do.
+    Ladder(ladder::LadderArgs),
     /// Print the JSON Schema of scene files, for editors.
     Schema,
 }
@@ -73,7 +83,10 @@ fn run(command: Command) -> Result<()> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
+        Command::Selftest(arguments) => selftest::run(&arguments),
         Command::Compare(arguments) => crate::metrics::command::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Ladder(arguments) => ladder::run(&arguments),
         Command::Schema => print_line(&pretty(&crate::config::schema())),
     }
 }

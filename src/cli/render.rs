@@ -1,5 +1,6 @@
 //! `svetlo render`.
 
+use super::interrupt::{or_interrupted, watch_interrupt};
 use super::output::{check_inputs_survive, output_path};
 use super::progress::ProgressView;
 use super::stderr::say;
@@ -7,12 +8,12 @@ use super::summary::Summary;
 use super::{load_scene, outlive_file_size_limit};
 use crate::config::formats::{parse_duration, parse_percentage};
 use crate::device::{Catalog, Device};
-use crate::picture::{Curve, Encoding, Tonemap, check_writable, write_exr, write_png};
+use crate::picture::{Tonemap, check_writable, write_exr, write_png};
 use crate::render::{
     BRICK_SHIFT, Ended, Observer, Plan, Saved, Session, Snapshot, Spent, Status, announced_memory, data_hash,
-    load_volume, run as run_progressive,
+    load_volume, preview_tonemap, run as run_progressive,
 };
-use crate::scene::{FilmSettings, Scene, Stop, Tonemap as SceneTonemap};
+use crate::scene::{Scene, Stop};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -106,7 +107,7 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
         spent: spent.unwrap_or_default(),
         output: &output,
         preview: &preview,
-        tonemap: tonemap(&scene.film),
+        tonemap: preview_tonemap(&scene.film),
         start,
         interrupt,
         stop: &stop,
@@ -158,51 +159,6 @@ fn stop_rules(arguments: &RenderArgs, scene: &Scene) -> Stop {
         return scene.stop;
     }
     Stop { samples: arguments.samples, time: arguments.time, error: arguments.error }
-}
-
-fn tonemap(film: &FilmSettings) -> Tonemap {
-    Tonemap {
-        curve: match film.tonemap {
-            SceneTonemap::Linear => Curve::Linear,
-            SceneTonemap::Reinhard => Curve::Reinhard,
-            SceneTonemap::Filmic => Curve::Filmic,
-        },
-        exposure: film.exposure,
-        encoding: film.gamma.map_or(Encoding::Srgb, Encoding::Gamma),
-    }
-}
-
-/// Ctrl-C (and termination) sets a flag; the render stops after the launch that runs and writes its image.
-fn watch_interrupt() -> Result<Arc<AtomicBool>> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let set = Arc::clone(&flag);
-    ctrlc::set_handler(move || {
-        if set.swap(true, Ordering::Relaxed) {
-            // A second request does not wait for the image.
-            leave_now(130);
-        }
-    })
-    .map_err(|error| Error::Failed(format!("cannot watch for Ctrl-C: {error}")))?;
-    Ok(flag)
-}
-
-/// Ends the process without running exit handlers: those of an OpenCL driver do not expect its other threads to be in
-/// the middle of a build, and turn the exit code into their own.
-fn leave_now(code: i32) -> ! {
-    #[cfg(unix)]
-    signal_hook::low_level::exit(code);
-    #[cfg(not(unix))]
-    std::process::exit(code);
-}
-
-/// A failure after an interrupt is the interrupt's: drivers give up builds and launches when a signal ends one of
-/// their system calls.
-fn or_interrupted(requested: &AtomicBool, error: Error) -> Error {
-    if !requested.load(Ordering::Relaxed) {
-        return error;
-    }
-    say(&format!("interrupted; the device gave up: {error}"));
-    Error::Interrupted
 }
 
 struct Watcher<'a> {

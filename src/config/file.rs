@@ -1,4 +1,4 @@
-//! Reads the scene file's text.
+//! Reads the text of a scene or suite.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,16 +6,16 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// Largest scene file in bytes. Scenes are a few kilobytes; this is more likely a volume.
+/// Largest file in bytes. Scenes are a few kilobytes; this is more likely a volume.
 const LARGEST: u64 = 16 << 20;
 
-/// The text of a scene file, without a byte order mark.
+/// The text of a scene or suite (`noun`), without a byte order mark.
 ///
 /// # Errors
 /// [`Error::Input`] if it is missing, a directory, larger than 16 MiB, or not UTF-8.
-pub(super) fn read(path: &Path) -> Result<String> {
+pub(super) fn read(path: &Path, noun: &str) -> Result<String> {
     let name = path.display();
-    let fail = |reason: String| Error::Input(format!("cannot read the scene {name}: {reason}"));
+    let fail = |reason: String| Error::Input(format!("cannot read the {noun} {name}: {reason}"));
     if path.is_dir() {
         return Err(fail("it is a directory".into()));
     }
@@ -23,7 +23,7 @@ pub(super) fn read(path: &Path) -> Result<String> {
     let mut bytes = Vec::new();
     file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(|error| fail(reason(&error)))?;
     if bytes.len() as u64 > LARGEST {
-        return Err(fail("it is larger than 16 MiB; a scene is a short TOML text".into()));
+        return Err(fail(format!("it is larger than 16 MiB; a {noun} is a short TOML text")));
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();

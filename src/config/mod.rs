@@ -23,13 +23,16 @@ mod words;
 use std::path::Path;
 
 pub use diagnostic::{Problem, Spot, render, stderr_takes_colour};
+pub(crate) use schema::default_kind_first;
 pub use schema::schema;
 pub(crate) use tree::quote;
 pub use tree::{Node, NodeValue, Source, SourceId};
 pub use types::SceneConfig;
+pub(crate) use words::nearest;
 
 use crate::error::{Error, Result};
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
 
 /// A scene file with its overrides, as a tree that knows where each value was written.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,11 +77,11 @@ impl Document {
     }
 }
 
-/// A scene file whose every key is valid by itself.
+/// A file whose every key is valid by itself, as raw values of type `T`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Loaded {
-    /// The scene as written, with defaults filled in.
-    pub config: SceneConfig,
+pub struct Loaded<T = SceneConfig> {
+    /// What was written, with defaults filled in.
+    pub config: T,
     /// The texts and places behind it.
     pub document: Document,
 }
@@ -89,8 +92,20 @@ pub struct Loaded {
 /// [`Error::Input`] with every problem rendered, if the file cannot be read, is not TOML, or breaks the
 /// scene's schema.
 pub fn load(path: &Path, sets: &[String]) -> Result<Loaded> {
-    let text = file::read(path)?;
-    parse(&path.display().to_string(), &text, sets)
+    load_as(path, "scene", sets)
+}
+
+/// Like [`load`], for another kind of TOML file: `noun` says what it is.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_as<T: DeserializeOwned + JsonSchema>(
+    path: &Path,
+    noun: &str,
+    sets: &[String],
+) -> Result<Loaded<T>> {
+    let text = file::read(path, noun)?;
+    parse_as(&path.display().to_string(), noun, &text, sets)
 }
 
 /// Like [`load`], for a text that is called `name` in messages.
@@ -98,6 +113,19 @@ pub fn load(path: &Path, sets: &[String]) -> Result<Loaded> {
 /// # Errors
 /// As [`load`].
 pub fn parse(name: &str, text: &str, sets: &[String]) -> Result<Loaded> {
+    parse_as(name, "scene", text, sets)
+}
+
+/// Like [`parse`], for another kind of TOML file: `noun` says what it is.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse_as<T: DeserializeOwned + JsonSchema>(
+    name: &str,
+    noun: &str,
+    text: &str,
+    sets: &[String],
+) -> Result<Loaded<T>> {
     let mut sources = vec![Source { name: name.to_owned(), text: text.to_owned() }];
     sources.extend(sets.iter().map(|set| Source { name: "--set".into(), text: set.clone() }));
     let mut problems = Vec::new();
@@ -107,16 +135,16 @@ pub fn parse(name: &str, text: &str, sets: &[String]) -> Result<Loaded> {
     }
     let mut document = Document { sources, root };
     if problems.is_empty() {
-        problems = check::check(&mut document.root, &schema());
+        problems = check::check(&mut document.root, &schema::schema_of::<T>());
     }
     if !problems.is_empty() {
         return Err(document.error(&problems));
     }
-    match SceneConfig::deserialize(document.root.to_json()) {
+    match T::deserialize(document.root.to_json()) {
         Ok(config) => Ok(Loaded { config, document }),
         // The checker takes its rules from the same types, so this is a gap in the checker.
         Err(error) => {
-            let problem = Problem::new(format!("the scene cannot be read: {error}"), document.root.spot());
+            let problem = Problem::new(format!("the {noun} cannot be read: {error}"), document.root.spot());
             Err(document.error(&[problem]))
         }
     }

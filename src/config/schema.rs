@@ -1,22 +1,27 @@
 //! The JSON Schema of scene files, generated from the raw types.
 
-use schemars::Schema;
 use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value};
 
 use super::types::SceneConfig;
 
 /// The JSON Schema (draft 2020-12) of a scene file, as `svetlo schema` prints it.
 pub fn schema() -> Value {
+    schema_of::<SceneConfig>()
+}
+
+/// The JSON Schema of any raw type.
+pub(super) fn schema_of<T: JsonSchema>() -> Value {
     let generator = SchemaSettings::draft2020_12().into_generator();
-    let mut schema = generator.into_root_schema_for::<SceneConfig>().to_value();
+    let mut schema = generator.into_root_schema_for::<T>().to_value();
     tidy(&mut schema);
     schema
 }
 
 /// Lets the first variant of a tagged enum be meant when the tag is missing: its tag is no longer
 /// required there and gets a default.
-pub(super) fn default_kind_first(schema: &mut Schema) {
+pub(crate) fn default_kind_first(schema: &mut Schema) {
     let first = schema.get_mut("oneOf").and_then(|variants| variants.get_mut(0));
     let Some(first) = first.and_then(Value::as_object_mut) else { return };
     let Some(tag) = tag_of(first).map(str::to_owned) else { return };

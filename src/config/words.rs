@@ -10,7 +10,7 @@ use super::tree::{Node, NodeValue};
 const LONGEST_NAME: usize = 64;
 
 /// The candidate most like `name`, if any is close enough to be what was meant.
-pub(super) fn nearest<'c>(name: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
+pub(crate) fn nearest<'c>(name: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
     if name.len() > LONGEST_NAME {
         return None;
     }

@@ -190,7 +190,12 @@ impl DeviceInfo {
     /// llvmpipe leaves all loops of a work-item after 65535 iterations in total, without a word
     /// (`LP_MAX_TGSI_LOOP_ITERATIONS` in Mesa's gallivm): a launch of many samples would lose their ends.
     pub fn samples_per_launch(&self) -> u32 {
-        if self.is_llvmpipe() { 1 } else { u32::MAX }
+        if self.ends_long_loops() { 1 } else { u32::MAX }
+    }
+
+    /// Whether the device leaves loops after 65535 turns without a word; see [`samples_per_launch`](Self::samples_per_launch).
+    pub fn ends_long_loops(&self) -> bool {
+        self.is_llvmpipe()
     }
 
     /// Whether functions may be inlined by force. Oclgrind 21.10 stops at what LLVM leaves behind

@@ -56,9 +56,10 @@ impl Kernel {
             device.info().device_id,
             KernelWorkGroupInfo::WorkGroupSize,
         );
+        let device_limit = device.info().max_work_group;
         let work_group = match limit {
-            Ok(KernelWorkGroupInfoResult::WorkGroupSize(size)) if size > 0 => size,
-            _ => device.info().max_work_group,
+            Ok(KernelWorkGroupInfoResult::WorkGroupSize(size)) if size > 0 => size.min(device_limit),
+            _ => device_limit,
         };
         Ok(Self { kernel, name, arguments, work_group: largest_power_of_two(work_group.min(WORK_GROUP)) })
     }

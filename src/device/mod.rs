@@ -29,3 +29,4 @@ pub use kernel::{Arg, Kernel};
 pub use memory::MemoryPlan;
 pub use pacing::Pacer;
 pub use program::{Program, ProgramSpec};
+pub use source::sources_hash;

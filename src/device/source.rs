@@ -1,6 +1,7 @@
 //! The kernel sources, embedded at build time, and the resolver of their `#include` lines.
 
 use crate::{Error, Result};
+use sha2::{Digest, Sha256};
 
 macro_rules! embed {
     ($($path:literal),* $(,)?) => {
@@ -56,6 +57,16 @@ const FILES: &[(&str, &str)] = embed![
     "volume/transfer.cl",
     "volume/transmittance.cl",
 ];
+
+/// Identifies the sources of all kernels: 32 hexadecimal digits.
+pub fn sources_hash() -> String {
+    let mut hash = Sha256::new();
+    for (name, text) in FILES {
+        hash.update(format!("{name} {}\n", text.len()));
+        hash.update(text);
+    }
+    hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+}
 
 /// The text of `entry` with every `#include "path"` replaced by that file, each file once.
 ///

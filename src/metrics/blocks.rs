@@ -5,7 +5,7 @@
 //! the block sums, with the ratio estimator for blocks of unequal count at the border. It covers
 //! noise and the variation of the error over the picture; it is not about a second render alone.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The edge of a block in pixels; halved until a picture has [`MIN_BLOCKS`] of them.
 const EDGE: usize = 32;
@@ -13,7 +13,7 @@ const EDGE: usize = 32;
 const MIN_BLOCKS: usize = 16;
 
 /// A mean with its two-sided 95 % confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The mean.
     pub value: f64,
@@ -66,6 +66,11 @@ impl BlockMeans {
         self.counts[block] += 1.0;
     }
 
+    /// The sum of the values of each block.
+    pub fn into_sums(self) -> Vec<f64> {
+        self.sums
+    }
+
     /// The mean of all values; `None` where there are none.
     pub fn estimate(&self) -> Option<Estimate> {
         let count: f64 = self.counts.iter().sum();
@@ -92,7 +97,7 @@ impl BlockMeans {
 
 /// The 97.5 % point of Student's t: the table to 10 degrees of freedom, then the expansion of
 /// Abramowitz & Stegun (26.7.5), right to 10⁻⁴ from there on.
-fn student_t_975(degrees: usize) -> f64 {
+pub(crate) fn student_t_975(degrees: usize) -> f64 {
     const TABLE: [f64; 10] =
         [12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060, 2.2622, 2.2281];
     const Z: f64 = 1.959_963_985;

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{
     blocks::Estimate,
     corrected::{Corrected, PixelZ, corrections, pixel_z, variance_of_difference},
-    pair::{Pair, PairChannel},
+    pair::{Pair, PairChannel, decibels},
 };
 use crate::{
     error::Result,
@@ -69,7 +69,9 @@ pub struct Psnr {
 pub struct Bias {
     /// Mean (x − r) over all channels.
     pub mean: f64,
-    /// `mean` over the mean of the reference; `None` where that is 0.
+    /// Mean of the reference.
+    pub reference_mean: f64,
+    /// `mean` over `reference_mean`; `None` where that is 0.
     pub relative: Option<f64>,
     /// Standard error of `mean` from the noise of both pictures, an upper bound: the channels of
     /// a pixel share their paths and are taken as fully correlated. A picture without variance
@@ -119,48 +121,44 @@ pub fn compare(image: &Picture, reference: &Picture) -> Result<Comparison> {
     })
 }
 
-fn reference_value(channel: &PairChannel, pixel: usize) -> f64 {
-    f64::from(channel.reference[pixel])
+/// The squared differences, summed over the channels and pixels of each block of the picture, for statistics over
+/// several pictures against one reference.
+///
+/// # Errors
+/// As [`compare`].
+pub fn squared_error_blocks(image: &Picture, reference: &Picture) -> Result<Vec<f64>> {
+    Ok(Pair::new(image, reference)?.block_sums(|channel, pixel| channel.difference(pixel).powi(2)))
 }
 
 fn psnr(pair: &Pair, mse: f64) -> Psnr {
-    let all =
-        pair.channels.iter().flat_map(|channel| pair.usable.iter().map(|&p| reference_value(channel, p)));
-    let peak = all.fold(f64::NEG_INFINITY, f64::max);
+    let peak = pair.peak();
     let code = |value: f32| srgb_encode(f64::from(value).clamp(0.0, 1.0));
     let display_mse =
         pair.mean_of_all(|channel, p| (code(channel.image[p]) - code(channel.reference[p])).powi(2)).value;
-    let decibels =
-        |peak: f64, mse: f64| (peak > 0.0 && mse > 0.0).then(|| 10.0 * (peak * peak / mse).log10());
     Psnr { peak, linear_db: decibels(peak, mse), display_db: decibels(1.0, display_mse) }
 }
 
-/// 0.1 · mean |r|, the level below which relative errors fade; `None` for a black reference.
-fn floor(pair: &Pair) -> Option<f64> {
-    let mean = pair.mean_of_all(|channel, pixel| reference_value(channel, pixel).abs()).value;
-    (mean > 0.0).then_some(0.1 * mean)
-}
-
 fn relmse(pair: &Pair) -> Option<Estimate> {
-    let epsilon = floor(pair)?.powi(2);
+    let epsilon = pair.floor()?.powi(2);
     Some(pair.mean_of_all(|channel, pixel| {
-        channel.difference(pixel).powi(2) / (reference_value(channel, pixel).powi(2) + epsilon)
+        channel.difference(pixel).powi(2) / (channel.reference_value(pixel).powi(2) + epsilon)
     }))
 }
 
 fn mape(pair: &Pair) -> Option<Estimate> {
-    let floor = floor(pair)?;
+    let floor = pair.floor()?;
     Some(pair.mean_of_all(|channel, pixel| {
-        channel.difference(pixel).abs() / (reference_value(channel, pixel).abs() + floor)
+        channel.difference(pixel).abs() / (channel.reference_value(pixel).abs() + floor)
     }))
 }
 
 fn bias(pair: &Pair) -> Bias {
     let mean = pair.mean_of_all(|channel, pixel| channel.difference(pixel)).value;
-    let reference = pair.mean_of_all(reference_value).value;
+    let reference = pair.mean_of_all(|channel, pixel| channel.reference_value(pixel)).value;
     let standard_error = bias_error(pair);
     Bias {
         mean,
+        reference_mean: reference,
         relative: (reference != 0.0).then(|| mean / reference),
         standard_error,
         z: standard_error.filter(|&error| error > 0.0).map(|error| mean / error),

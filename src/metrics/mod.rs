@@ -24,11 +24,12 @@ mod report;
 mod thresholds;
 
 pub use blocks::Estimate;
+pub(crate) use blocks::student_t_975;
 pub use command::{CompareArgs, run};
-pub use compare::{Bias, ChannelBias, Comparison, NonFinite, Psnr, compare};
+pub use compare::{Bias, ChannelBias, Comparison, NonFinite, Psnr, compare, squared_error_blocks};
 pub use corrected::{Corrected, PixelZ, Removed};
 pub use difference::{difference_picture, write_difference};
 pub use thresholds::Thresholds;
 
 #[cfg(test)]
-mod test_pictures;
+pub(crate) mod test_pictures;

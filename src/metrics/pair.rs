@@ -23,6 +23,11 @@ pub(super) struct PairChannel<'a> {
 }
 
 impl PairChannel<'_> {
+    /// r.
+    pub fn reference_value(&self, pixel: usize) -> f64 {
+        f64::from(self.reference[pixel])
+    }
+
     /// x − r, exact in f64 to rounding.
     pub fn difference(&self, pixel: usize) -> f64 {
         f64::from(self.image[pixel]) - f64::from(self.reference[pixel])
@@ -89,11 +94,38 @@ impl<'a> Pair<'a> {
         means.estimate()
     }
 
+    /// The largest value of the reference.
+    pub fn peak(&self) -> f64 {
+        let values =
+            self.channels.iter().flat_map(|channel| self.usable.iter().map(|&p| channel.reference_value(p)));
+        values.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// 0.1 · mean |r|, the level below which relative errors fade; `None` for a black reference.
+    pub fn floor(&self) -> Option<f64> {
+        let mean = self.mean_of_all(|channel, pixel| channel.reference_value(pixel).abs()).value;
+        (mean > 0.0).then_some(0.1 * mean)
+    }
+
+    /// Sums of `term` over the channels and pixels of each block; all are finite where `term` is.
+    pub fn block_sums(&self, term: impl Fn(&PairChannel, usize) -> f64) -> Vec<f64> {
+        let mut means = BlockMeans::new(BlockGrid::new(self.width, self.height));
+        for channel in &self.channels {
+            self.usable.iter().for_each(|&pixel| means.add(pixel, term(channel, pixel)));
+        }
+        means.into_sums()
+    }
+
     /// The mean of `term` that is known for every value. Never empty, as [`Pair::new`] saw to it.
     pub fn mean_of_all(&self, term: impl Fn(&PairChannel, usize) -> f64) -> Estimate {
         let known = self.mean(|channel, pixel| Some(term(channel, pixel)));
         known.unwrap_or(Estimate { value: f64::NAN, low: None, high: None })
     }
+}
+
+/// 10 log₁₀(P²/MSE); `None` where undefined.
+pub(super) fn decibels(peak: f64, mse: f64) -> Option<f64> {
+    (peak > 0.0 && mse > 0.0).then(|| 10.0 * (peak * peak / mse).log10())
 }
 
 fn common_size(image: &Picture, reference: &Picture) -> Result<(usize, usize)> {

@@ -99,6 +99,7 @@ fn correction(f: &mut fmt::Formatter<'_>, corrected: &Corrected) -> fmt::Result 
         Some(rmse) => plain(f, &format!("RMSE {whose}"), Some(rmse))?,
         None => writeln!(f, "{:<26} {:>13}", format!("RMSE {whose}"), "below noise")?,
     }
+    row(f, &format!("relMSE {whose}"), corrected.relmse)?;
     if corrected.unknown > 0 {
         writeln!(f, "  {} values left out: fewer than 2 samples", corrected.unknown)?;
     }

@@ -1,4 +1,4 @@
-//! Philox4x32-7, the counter-based generator of the kernels (Salmon et al. 2011).
+//! Philox4x32-7 and Philox2x32-7, the counter-based generators of the kernels (Salmon et al. 2011).
 
 /// Four random words of a counter and a key.
 pub fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
@@ -13,6 +13,17 @@ pub fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
         k1 = k1.wrapping_add(0xBB67_AE85);
     }
     [a, b, c, d]
+}
+
+/// Two random words of a counter and a key.
+pub fn philox2x32(counter: [u32; 2], key: u32) -> [u32; 2] {
+    let ([mut a, mut b], mut key) = (counter, key);
+    for _ in 0..7 {
+        let product = u64::from(a) * 0xD256_D193;
+        (a, b) = ((product >> 32) as u32 ^ key ^ b, product as u32);
+        key = key.wrapping_add(0x9E37_79B9);
+    }
+    [a, b]
 }
 
 /// The 24 high bits as a number in [0, 1).
@@ -42,6 +53,13 @@ pub const KNOWN_ANSWERS: [([u32; 4], [u32; 2], [u32; 4]); 3] = [
     ),
 ];
 
+/// The same of the generator with two words.
+pub const KNOWN_ANSWERS_2X32: [([u32; 2], u32, [u32; 2]); 3] = [
+    ([0; 2], 0, [0x257a_3673, 0xcd26_be2a]),
+    ([u32::MAX; 2], u32::MAX, [0xab30_2c4d, 0x3dc9_d239]),
+    ([0x243f_6a88, 0x85a3_08d3], 0x1319_8a2e, [0xbedb_be6b, 0xe4c7_70b3]),
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -50,6 +68,9 @@ mod tests {
     fn known_answers() {
         for (counter, key, output) in KNOWN_ANSWERS {
             assert_eq!(philox4x32(counter, key), output);
+        }
+        for (counter, key, output) in KNOWN_ANSWERS_2X32 {
+            assert_eq!(philox2x32(counter, key), output);
         }
     }
 

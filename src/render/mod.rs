@@ -35,7 +35,7 @@ pub use camera::DeviceCamera;
 pub use fingerprint::data_hash;
 pub use ledger::PathLedger;
 pub use load::{announced_memory, load_volume};
-pub use output::{Snapshot, method_name};
+pub use output::{Snapshot, method_name, preview_tonemap};
 pub use plan::{BRICK_SHIFT, Plan};
 pub use progressive::{Ended, Observer, Status, run};
 pub use resume::{Saved, SavedFilm, Spent};

@@ -8,8 +8,8 @@ use super::session::Session;
 use super::state;
 use crate::Result;
 use crate::film::{FilmPixel, FilmSummary};
-use crate::picture::Picture;
-use crate::scene::{Method, Orders, Scattering};
+use crate::picture::{Curve, Encoding, Picture, Tonemap};
+use crate::scene::{FilmSettings, Method, Orders, Scattering, Tonemap as SceneTonemap};
 use std::time::Duration;
 
 /// A film read back, with what the metadata says about how it came to be.
@@ -146,5 +146,18 @@ pub fn method_name(method: &Method) -> &'static str {
         Method::EmissionAbsorption { .. } => "emission-absorption",
         Method::Scattering(Scattering { orders: Orders::Single, .. }) => "single-scattering",
         Method::Scattering(Scattering { orders: Orders::Multiple { .. }, .. }) => "multiple-scattering",
+    }
+}
+
+/// The curve of previews, as the scene asks for it.
+pub fn preview_tonemap(film: &FilmSettings) -> Tonemap {
+    Tonemap {
+        curve: match film.tonemap {
+            SceneTonemap::Linear => Curve::Linear,
+            SceneTonemap::Reinhard => Curve::Reinhard,
+            SceneTonemap::Filmic => Curve::Filmic,
+        },
+        exposure: film.exposure,
+        encoding: film.gamma.map_or(Encoding::Srgb, Encoding::Gamma),
     }
 }

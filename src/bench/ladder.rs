@@ -1,0 +1,293 @@
+//! The model ladder: one scene by ever better models of light, the error of each against the last, and what each costs.
+//!
+//! | rung | what it knows of light |
+//! | --- | --- |
+//! | emission-absorption | the medium glows by itself; its radiance is the one that comes nearest to the last rung |
+//! | single-scattering | every shadow, no bounce |
+//! | multiple-scattering | all of it |
+//!
+//! The error of a model is what no number of samples removes: the squared difference less the noise of both sides. The
+//! time to the tolerance is that at which model error and noise together come down to it.
+
+use super::computed;
+use super::files::Folder;
+use super::piece::Task;
+use super::reference::Reference;
+use super::results::{Case, Interval, SuiteInfo};
+use super::run::{Options, facts, run};
+use super::suite::{CaseSpec, Checkpoints, ComputedReference, Gates, REFERENCE_SEED, ReferenceSpec, Suite};
+use super::watch::Watch;
+use crate::picture::{Picture, read_exr};
+use crate::render::method_name;
+use crate::scene::Scene;
+use crate::{Error, Result};
+use serde::Serialize;
+use std::path::Path;
+use std::time::Duration;
+
+/// Methods from the cheapest model to the right one.
+const RUNGS: [&str; 3] = ["emission-absorption", "single-scattering", "multiple-scattering"];
+/// Independent runs of every rung.
+const REPEATS: u32 = 3;
+/// The reference may be this much better than the tolerance, and take this many times the time of a run.
+const REFERENCE_ERROR: f64 = 0.2;
+const REFERENCE_TIME: u32 = 6;
+/// Samples of the pictures that the radiance of emission-absorption is fitted on.
+const FIT_SAMPLES: u32 = 4;
+
+/// What is asked.
+pub struct Request<'a> {
+    /// The scene file.
+    pub scene: &'a Path,
+    /// Overrides.
+    pub sets: &'a [String],
+    /// Largest relative error that will do, a fraction.
+    pub tolerance: f64,
+    /// Time for each run of a rung.
+    pub time: Duration,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Ladder {
+    /// The scene file.
+    pub scene: String,
+    /// Largest relative error that will do, a fraction.
+    pub tolerance: f64,
+    /// From the cheapest model to the right one.
+    pub rungs: Vec<Rung>,
+    /// Name of the rung that is within the tolerance soonest; `None` when none was measured.
+    pub cheapest: Option<String>,
+    /// Relative error of the reference itself.
+    pub reference_error: Option<f64>,
+    /// Whether every rung was measured.
+    pub complete: bool,
+}
+
+/// A model of light and what it costs.
+#[derive(Clone, Debug, Serialize)]
+pub struct Rung {
+    /// Name of the method.
+    pub method: String,
+    /// Overrides that make the scene this rung.
+    pub overrides: Vec<String>,
+    /// Model error: RMS over the mean of the last rung; the interval is one of 95 %, and a value of 0 is below noise.
+    pub model_error: Interval,
+    /// Noise (RMS over the mean) after one second.
+    pub noise_in_a_second: Option<f64>,
+    /// To render one sample per pixel.
+    pub seconds_per_sample: f64,
+    /// Until model error and noise together are within the tolerance; `None` when they never are.
+    pub seconds_to_tolerance: Option<f64>,
+    /// Look-ups per pixel and sample.
+    pub lookups_per_sample: Option<f64>,
+}
+
+/// Climbs the ladder.
+///
+/// # Errors
+/// [`Error::Input`] when the scene is wrong or dark, [`Error::Failed`] when the device or the disk fails,
+/// [`Error::Interrupted`] when not even the reference was finished.
+pub fn climb(
+    request: &Request<'_>,
+    options: &Options<'_>,
+    folder: &Folder,
+    watch: &Watch<'_>,
+) -> Result<Ladder> {
+    let last = rung(request, RUNGS[2], &[])?;
+    let reference = Reference::obtain(&last, options.devices[0], folder, watch)?;
+    if reference.info.mean <= 0.0 {
+        return Err(Error::Input(format!(
+            "{}: no light reaches the camera by scattering: give the scene a [[light]] or a [background]",
+            request.scene.display()
+        )));
+    }
+    let radiance = fitted_radiance(request, options, &reference.picture()?, folder, watch)?;
+    let cases = vec![
+        rung(request, RUNGS[0], &[format!("method.radiance={radiance}")])?,
+        rung(request, RUNGS[1], &[])?,
+        last,
+    ];
+    let suite = Suite {
+        info: SuiteInfo {
+            title: "Model ladder".into(),
+            about: String::new(),
+            file: request.scene.display().to_string(),
+            hash: String::new(),
+        },
+        devices: Vec::new(),
+        seed: 1,
+        errors: vec![request.tolerance],
+        slower: 0.1,
+        published: Vec::new(),
+        cases,
+    };
+    let results = run(&suite, options, folder, watch)?;
+    let rungs: Vec<Rung> =
+        results.cases.iter().filter_map(|case| describe(case, request.tolerance)).collect();
+    let soonest = rungs
+        .iter()
+        .filter_map(|rung| Some((rung.seconds_to_tolerance?, &rung.method)))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(Ladder {
+        scene: request.scene.display().to_string(),
+        tolerance: request.tolerance,
+        cheapest: soonest.map(|(_, method)| method.clone()),
+        reference_error: reference.info.relative_error,
+        complete: results.complete,
+        rungs,
+    })
+}
+
+/// The scene by another method: its own parameters stay where it is the scene's method already.
+fn overrides(request: &Request<'_>, method: &str, more: &[String]) -> Result<Vec<String>> {
+    let own = Scene::load(request.scene, request.sets)?;
+    let mut sets = request.sets.to_vec();
+    if method_name(&own.method) != method {
+        sets.push(format!("method={{kind=\"{method}\"}}"));
+    }
+    if method == RUNGS[0] {
+        // It knows no light, and some kinds of light are errors there.
+        sets.extend(["light=[]".into(), "film.auxiliary=false".into()]);
+    }
+    sets.extend_from_slice(more);
+    Ok(sets)
+}
+
+fn rung(request: &Request<'_>, method: &str, more: &[String]) -> Result<CaseSpec> {
+    let sets = overrides(request, method, more)?;
+    let best = overrides(request, RUNGS[2], &[])?;
+    Ok(CaseSpec {
+        name: method.into(),
+        group: "ladder".into(),
+        scene_name: request.scene.display().to_string(),
+        scene_path: request.scene.to_owned(),
+        scene: Scene::load(request.scene, &sets)?,
+        overrides: sets,
+        repeats: REPEATS,
+        warmup: 1,
+        checkpoints: Checkpoints::Times(vec![request.time]),
+        reference: ReferenceSpec::Computed(Box::new(ComputedReference {
+            scenes: computed::scenes(request.scene, &best, REFERENCE_SEED)?,
+            overrides: Vec::new(),
+            error: REFERENCE_ERROR * request.tolerance,
+            time: Some(request.time * REFERENCE_TIME),
+        })),
+        gates: Gates::default(),
+    })
+}
+
+/// The radiance L₀ with which emission-absorption comes nearest to the reference in the least squares: the picture is
+/// linear in it, x = x₀ + L₀ (x₁ − x₀).
+fn fitted_radiance(
+    request: &Request<'_>,
+    options: &Options<'_>,
+    reference: &Picture,
+    folder: &Folder,
+    watch: &Watch<'_>,
+) -> Result<f64> {
+    let picture = |radiance: f64| -> Result<Picture> {
+        let mut case = rung(request, RUNGS[0], &[format!("method.radiance={radiance}")])?;
+        case.checkpoints = Checkpoints::Samples(vec![FIT_SAMPLES]);
+        let facts = facts(&case, options.devices)?;
+        // The folder is keyed by what is rendered; the errors of these pictures are not asked for.
+        let task = Task {
+            case: &case,
+            device: options.devices[0],
+            seed: 1,
+            data: &facts.data,
+            reference_hash: "none",
+            reference,
+        };
+        let piece = match task.finished(folder) {
+            Some(piece) => piece,
+            None => task.run(folder, watch)?,
+        };
+        read_exr(&folder.path(&super::piece::picture_name(&piece.key)))
+    };
+    Ok(least_squares(&picture(0.0)?, &picture(1.0)?, reference))
+}
+
+/// ⟨x₁ − x₀, r − x₀⟩ / ⟨x₁ − x₀, x₁ − x₀⟩, at least 0; 1 where nothing glows.
+fn least_squares(dark: &Picture, bright: &Picture, reference: &Picture) -> f64 {
+    let (mut product, mut square) = (0.0, 0.0);
+    for name in ["R", "G", "B"] {
+        let plane = |picture: &Picture| picture.channel(name).map(|samples| samples.to_f32().into_owned());
+        let (Some(dark), Some(bright), Some(reference)) = (plane(dark), plane(bright), plane(reference))
+        else {
+            continue;
+        };
+        for ((&dark, &bright), &reference) in dark.iter().zip(&bright).zip(&reference) {
+            let (dark, glow) = (f64::from(dark), f64::from(bright) - f64::from(dark));
+            product += glow * (f64::from(reference) - dark);
+            square += glow * glow;
+        }
+    }
+    if square > 0.0 { (product / square).max(0.0) } else { 1.0 }
+}
+
+fn describe(case: &Case, tolerance: f64) -> Option<Rung> {
+    let pooled = case.pooled.as_ref()?;
+    let last = case.summary.points.last()?;
+    let mean = case.reference.mean.abs();
+    let is_last = case.method == RUNGS[2];
+    let square = pooled.squared_bias.unwrap_or(pooled.mse);
+    let relative = |square: f64| square.max(0.0).sqrt() / mean;
+    let model_error = Interval {
+        // The reference is of this model: what differs is noise.
+        value: if is_last { 0.0 } else { relative(square.value) },
+        low: square.low.map(relative),
+        high: square.high.map(relative),
+    };
+    let seconds = last.seconds.median;
+    // Of one repeat: the pooled picture is their mean.
+    let noise = pooled.own_noise.map(|noise| noise * case.repeats.len() as f64 / (mean * mean));
+    let left = tolerance * tolerance - model_error.value * model_error.value;
+    let sample = seconds / last.samples;
+    let to_tolerance =
+        (left > 0.0).then(|| noise.map_or(sample, |noise| (seconds * noise / left).max(sample)));
+    Some(Rung {
+        method: case.method.clone(),
+        overrides: case.overrides.clone(),
+        model_error,
+        noise_in_a_second: noise.map(|noise| (noise * seconds).sqrt()),
+        seconds_per_sample: sample,
+        seconds_to_tolerance: to_tolerance,
+        lookups_per_sample: case.summary.lookups_per_sample,
+    })
+}
+
+impl Ladder {
+    /// The ladder as a table for people.
+    pub fn table(&self) -> String {
+        let percent = |share: f64| format!("{:.2} %", share * 100.0);
+        let mut lines = vec![format!(
+            "{:<20} {:>12} {:>20} {:>14} {:>13} {:>14}",
+            "model",
+            "error",
+            "95 % interval",
+            "s per sample",
+            "noise in 1 s",
+            format!("{} in s", percent(self.tolerance))
+        )];
+        for rung in &self.rungs {
+            let error = rung.model_error;
+            let is_last = rung.method == RUNGS[2];
+            let interval = error.low.zip(error.high).filter(|_| !is_last);
+            lines.push(format!(
+                "{:<20} {:>12} {:>20} {:>14.4} {:>13} {:>14}",
+                rung.method,
+                if is_last { "the last".into() } else { percent(error.value) },
+                interval.map_or("–".into(), |(low, high)| format!("{} … {}", percent(low), percent(high))),
+                rung.seconds_per_sample,
+                rung.noise_in_a_second.map_or("–".into(), percent),
+                rung.seconds_to_tolerance.map_or("never".into(), |seconds| format!("{seconds:.3}")),
+            ));
+        }
+        lines.push(match &self.cheapest {
+            Some(method) => format!("cheapest within {}: {method}", percent(self.tolerance)),
+            None => format!("nothing was measured that is within {}", percent(self.tolerance)),
+        });
+        lines.join("\n")
+    }
+}

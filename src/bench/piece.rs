@@ -1,0 +1,215 @@
+//! One piece of a bench: one repeat of a case on a device, measured at its checkpoints.
+
+use super::files::{Folder, read_json, write_json};
+use super::measure::measure;
+use super::pool::without_state;
+use super::results::{Checkpoint, Repeat};
+use super::suite::{CaseSpec, Checkpoints, short_hash};
+use super::watch::Watch;
+use crate::device::{Device, DeviceInfo, sources_hash};
+use crate::metrics::squared_error_blocks;
+use crate::picture::{Picture, write_exr};
+use crate::render::{BRICK_SHIFT, Plan, Session, Snapshot, data_hash, load_volume};
+use crate::scene::Scene;
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
+
+/// The format of pieces; part of their keys.
+const FORMAT: u32 = 1;
+/// Voxels that a look-up reads.
+const VOXELS_PER_LOOKUP: u64 = 8;
+
+/// A finished piece, as it is kept for later runs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Piece {
+    /// Identifies everything that it depends on.
+    pub key: String,
+    /// What was measured.
+    pub repeat: Repeat,
+    /// Squared errors by checkpoint, summed over blocks.
+    pub blocks: Vec<Vec<f64>>,
+}
+
+/// What to measure.
+pub struct Task<'a> {
+    /// The case.
+    pub case: &'a CaseSpec,
+    /// Where.
+    pub device: &'a DeviceInfo,
+    /// Seed of the repeat.
+    pub seed: u64,
+    /// Hash of the data that the case's scene reads.
+    pub data: &'a str,
+    /// Hash of the reference.
+    pub reference_hash: &'a str,
+    /// The reference.
+    pub reference: &'a Picture,
+}
+
+impl Task<'_> {
+    /// Identifies the piece: whatever changes its numbers, or the device they are of, changes it.
+    pub fn key(&self) -> String {
+        let Self { case, device, seed, data, reference_hash, .. } = self;
+        let DeviceInfo { selector, platform, name, driver, version, .. } = device;
+        let parts = format!(
+            "{FORMAT} {} {} {}\n{data} {reference_hash} {seed} {} {:?}\n{selector} {platform} {name} {driver} {version}",
+            env!("CARGO_PKG_VERSION"),
+            sources_hash(),
+            case.scene.seedless_hash,
+            case.warmup,
+            case.checkpoints,
+        );
+        short_hash(parts.as_bytes())
+    }
+
+    /// The piece that an earlier run left, if it is whole.
+    pub fn finished(&self, folder: &Folder) -> Option<Piece> {
+        let key = self.key();
+        let piece: Piece = read_json(&folder.path(&format!("runs/{key}.json")), "a piece").ok()?;
+        (piece.key == key && folder.path(&picture_name(&key)).is_file()).then_some(piece)
+    }
+
+    /// Measures the piece and keeps it.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device or the disk fails, [`Error::Interrupted`].
+    pub fn run(&self, folder: &Folder, watch: &Watch<'_>) -> Result<Piece> {
+        let key = self.key();
+        let begin = Instant::now();
+        let mut sets = self.case.overrides.clone();
+        sets.push(format!("seed={}", self.seed));
+        let scene = Scene::load(&self.case.scene_path, &sets)?;
+        let volume = load_volume(&scene.volume)?;
+        let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
+        let data = data_hash(&plan, &volume)?;
+        let mut session = Session::new(Device::open(self.device)?, &plan)?;
+        let prepare = begin.elapsed().saturating_sub(session.build_time);
+        let warmup = warm_up(&mut session, self.case.warmup, watch)?;
+        let mut run = Run {
+            task: self,
+            session: &mut session,
+            plan: &plan,
+            data: &data,
+            bytes: VOXELS_PER_LOOKUP * plan.grid.device_voxels().1 as u64,
+            clock: Duration::ZERO,
+            blocks: Vec::new(),
+            last: None,
+            watch,
+        };
+        let checkpoints = run.checkpoints()?;
+        let (blocks, last) = (run.blocks, run.last);
+        if let Some(picture) = last {
+            write_exr(&folder.path(&picture_name(&key)), &without_state(picture))?;
+        }
+        let repeat = Repeat {
+            seed: self.seed,
+            build_seconds: session.build_time.as_secs_f64(),
+            build_cached: session.build_cached,
+            prepare_seconds: prepare.as_secs_f64(),
+            warmup_seconds: warmup.as_secs_f64(),
+            checkpoints,
+        };
+        let piece = Piece { key: key.clone(), repeat, blocks };
+        write_json(&folder.path(&format!("runs/{key}.json")), &piece)?;
+        Ok(piece)
+    }
+}
+
+/// The picture of a piece at its last checkpoint, relative to the folder.
+pub fn picture_name(key: &str) -> String {
+    format!("runs/{key}.exr")
+}
+
+/// Launches that do not count: the first ones compile, and find the launches' sizes.
+fn warm_up(session: &mut Session, samples: u32, watch: &Watch<'_>) -> Result<Duration> {
+    let begin = Instant::now();
+    while session.progress().samples < samples {
+        session.step(samples)?;
+        stop_if_asked(watch)?;
+    }
+    session.reset()?;
+    Ok(begin.elapsed())
+}
+
+fn stop_if_asked(watch: &Watch<'_>) -> Result<()> {
+    if watch.interrupted() { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+struct Run<'a> {
+    task: &'a Task<'a>,
+    session: &'a mut Session,
+    plan: &'a Plan<'a>,
+    data: &'a str,
+    /// Per look-up.
+    bytes: u64,
+    /// Time of all steps.
+    clock: Duration,
+    blocks: Vec<Vec<f64>>,
+    last: Option<Picture>,
+    watch: &'a Watch<'a>,
+}
+
+impl Run<'_> {
+    fn checkpoints(&mut self) -> Result<Vec<Checkpoint>> {
+        // Of the warm-up; a reset keeps the count.
+        let launches = self.session.progress().launches;
+        let targets = match &self.task.case.checkpoints {
+            _ if self.plan.is_deterministic() => Checkpoints::Samples(vec![1]),
+            given => given.clone(),
+        };
+        match targets {
+            Checkpoints::Samples(samples) => samples
+                .into_iter()
+                .map(|samples| {
+                    self.advance(samples, |_, progress| progress >= samples)?;
+                    self.checkpoint(launches)
+                })
+                .collect(),
+            Checkpoints::Times(times) => times
+                .into_iter()
+                .map(|time| {
+                    self.advance(u32::MAX, |clock, samples| samples > 0 && clock >= time)?;
+                    self.checkpoint(launches)
+                })
+                .collect(),
+        }
+    }
+
+    /// Steps towards `target` samples until `done(time, samples)` holds at a whole sample.
+    fn advance(&mut self, target: u32, done: impl Fn(Duration, u32) -> bool) -> Result<()> {
+        loop {
+            let progress = self.session.progress();
+            if progress.tiles == 0 && done(self.clock, progress.samples) {
+                return Ok(());
+            }
+            let begin = Instant::now();
+            self.session.step(target)?;
+            self.clock += begin.elapsed();
+            stop_if_asked(self.watch)?;
+            self.watch.now_and_then(|| {
+                let (name, seconds) = (&self.task.case.name, self.clock.as_secs_f64());
+                format!("{name}: {} samples in {seconds:.1} s", self.session.progress().samples)
+            });
+        }
+    }
+
+    fn checkpoint(&mut self, launches_before: u64) -> Result<Checkpoint> {
+        let snapshot = Snapshot::take(self.session, self.plan, self.data, self.clock)?;
+        let progress = self.session.progress();
+        let metrics = measure(&snapshot.picture, self.task.reference)?;
+        self.blocks.push(squared_error_blocks(&snapshot.picture, self.task.reference)?);
+        self.last = Some(snapshot.picture);
+        Ok(Checkpoint {
+            samples: progress.samples.into(),
+            seconds: self.clock.as_secs_f64(),
+            device_seconds: progress.device_time.as_secs_f64(),
+            launches: progress.launches - launches_before,
+            lookups: snapshot.summary.lookups,
+            bytes: snapshot.summary.lookups * self.bytes,
+            rejected: snapshot.summary.rejected,
+            faults: snapshot.paths.map_or(0, |paths| paths.above_majorant + paths.unfinished),
+            metrics,
+        })
+    }
+}

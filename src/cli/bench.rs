@@ -1,0 +1,107 @@
+//! `svetlo bench`.
+
+use super::interrupt::watch_interrupt;
+use super::stderr::say;
+use super::{outlive_file_size_limit, print_line};
+use crate::bench::files::{Folder, read_json};
+use crate::bench::results::{Results, Severity};
+use crate::bench::suite::Suite;
+use crate::bench::table::table;
+use crate::bench::{Options, Watch, baseline, findings, run as run_suite};
+use crate::device::{Catalog, DeviceInfo};
+use crate::report;
+use crate::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `svetlo bench`.
+#[derive(clap::Args)]
+pub struct BenchArgs {
+    /// The suite file.
+    suite: PathBuf,
+    /// The folder of the results; what is finished there already is kept [default: the suite's name with .bench, here].
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// A device, instead of those of the suite (repeatable) [env: SVETLO_DEVICE].
+    #[arg(long, value_name = "SELECTOR")]
+    device: Vec<String>,
+    /// The results.json of an earlier run: what became slower or noisier since is exit code 3.
+    #[arg(long, value_name = "results.json")]
+    baseline: Option<PathBuf>,
+    /// Do not ask whether the devices compute what they should; the results say so.
+    #[arg(long)]
+    no_selftest: bool,
+    /// Print nothing but the table and errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs the suite.
+///
+/// # Errors
+/// With the documented exit codes; see [`Error`].
+pub fn run(arguments: &BenchArgs) -> Result<()> {
+    outlive_file_size_limit()?;
+    let suite = Suite::load(&arguments.suite)?;
+    let old: Option<Results> = arguments
+        .baseline
+        .as_ref()
+        .map(|path| read_json(path, "a results.json of svetlo bench"))
+        .transpose()?;
+    let folder = Folder::make(&arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.suite)))?;
+    let interrupt = watch_interrupt()?;
+    let catalog = Catalog::enumerate();
+    let devices = devices(&catalog, arguments, &suite)?;
+    let tell = |text: &str| {
+        if !arguments.quiet {
+            say(text);
+        }
+    };
+    let options = Options { devices: &devices, selftest: !arguments.no_selftest };
+    let watch = Watch::new(&tell, &interrupt);
+    let mut results = run_suite(&suite, &options, &folder, &watch)?;
+    if let Some(old) = &old {
+        results.findings.extend(baseline::compare(&results, old, suite.slower));
+        findings::sort(&mut results.findings);
+        folder.write_results(&results)?;
+    }
+    report::write(&results, &folder.path("."))?;
+    print_line(&table(&results))?;
+    outcome(&results)
+}
+
+/// The suite's name with `.bench` in the current folder.
+fn default_folder(suite: &Path) -> PathBuf {
+    let mut name = suite.file_stem().unwrap_or_default().to_owned();
+    name.push(".bench");
+    name.into()
+}
+
+/// `--device`, else the suite's, else `SVETLO_DEVICE`, else the default; each once.
+fn devices<'c>(catalog: &'c Catalog, arguments: &BenchArgs, suite: &Suite) -> Result<Vec<&'c DeviceInfo>> {
+    let variable = std::env::var("SVETLO_DEVICE").ok().filter(|text| !text.trim().is_empty());
+    let given = [&arguments.device, &suite.devices].into_iter().find(|list| !list.is_empty());
+    let selectors: Vec<Option<String>> = match given {
+        Some(list) => list.iter().cloned().map(Some).collect(),
+        None => vec![variable],
+    };
+    let mut devices: Vec<&DeviceInfo> = Vec::new();
+    for selector in selectors {
+        let device = catalog.select(selector.as_deref())?;
+        if devices.iter().all(|known| known.selector != device.selector) {
+            devices.push(device);
+        }
+    }
+    Ok(devices)
+}
+
+fn outcome(results: &Results) -> Result<()> {
+    if !results.complete {
+        say("interrupted; what is finished is kept: run it again with the same folder to go on");
+        return Err(Error::Interrupted);
+    }
+    let failures = results.findings.iter().filter(|finding| finding.severity == Severity::Failure);
+    let texts: Vec<String> = failures
+        .map(|finding| format!("{}: {}", finding.case.as_deref().unwrap_or("the suite"), finding.text))
+        .collect();
+    if texts.is_empty() { Ok(()) } else { Err(Error::Tolerance(texts.join("; "))) }
+}

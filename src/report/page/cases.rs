@@ -1,0 +1,190 @@
+//! Every case with its pictures and numbers.
+
+use maud::{Markup, html};
+
+use super::{anchor, pictures::thumbnail, sentence, summary, tables, user};
+use crate::{
+    bench::results::{Case, Images, Metrics, Point, Repeat, Spread},
+    report::{
+        numbers,
+        view::{Member, View},
+    },
+};
+
+/// All cases, in the order of the groups.
+pub fn all(view: &View<'_>) -> Markup {
+    html! { @for member in view.members() { (case(view, member)) } }
+}
+
+fn case(view: &View<'_>, member: &Member<'_>) -> Markup {
+    let case = member.case;
+    html! {
+        article.case id=(anchor(member.index)) {
+            h3 { (user(&member.label)) }
+            ul.findings {
+                @for finding in view.findings_of(case) {
+                    li class={ "finding " (summary::class(finding.severity)) } {
+                        strong { (summary::word(finding.severity)) } " " (sentence(&finding.text))
+                    }
+                }
+            }
+            (pictures(view, &case.images))
+            (facts(case))
+            @if let Some(pooled) = &case.pooled { (metrics(case, pooled)) }
+            @if case.summary.points.is_empty() { p { "Nothing of this case has been measured." } }
+            @else { (points(case)) }
+            @if !case.repeats.is_empty() { (repeats(case)) }
+        }
+    }
+}
+
+fn pictures(view: &View<'_>, images: &Images) -> Markup {
+    let picture = |name: &Option<String>| name.as_ref().and_then(|name| thumbnail(view.folder, name));
+    let (image, reference) = (picture(&images.preview), picture(&images.reference_preview));
+    let difference = picture(&images.difference);
+    if image.is_none() && reference.is_none() && difference.is_none() {
+        return html! { p.hint { "No pictures." } };
+    }
+    html! {
+        div.pictures {
+            @if let Some(data) = image { (figure(&data, "all repeats taken together")) }
+            @if let Some(data) = reference { (figure(&data, "reference")) }
+            @if let Some(data) = difference {
+                figure {
+                    img src=(data) alt="image less reference, in false colours";
+                    @if let Some(scale) = images.difference_scale {
+                        div.scale { span { "−" (numbers::significant(scale, 2)) } span.ramp {} span { "+" (numbers::significant(scale, 2)) } }
+                    }
+                    figcaption { "image − reference, linear; blue is too dark, red too bright" }
+                }
+            }
+        }
+    }
+}
+
+fn figure(data: &str, caption: &str) -> Markup {
+    html! { figure { img src=(data) alt=(caption); figcaption { (caption) } } }
+}
+
+fn facts(case: &Case) -> Markup {
+    let reference = &case.reference;
+    let rendered = (reference.seconds > 0.0).then(|| format!(" in {}", numbers::seconds(reference.seconds)));
+    let [x, y, z] = case.voxels;
+    let spread =
+        |spread: Option<Spread>| spread.map_or(numbers::UNKNOWN.into(), |of| numbers::seconds(of.median));
+    html! {
+        dl.facts {
+            div { dt { "Scene" } dd { code { (user(&case.scene)) }
+                @if !case.overrides.is_empty() { " with" ul.sets { @for set in &case.overrides { li { code { (user(set)) } } } } } } }
+            div { dt { "Method" } dd { (user(&case.method)) @for phrase in &case.estimators { ", " (user(phrase)) }
+                @if case.deterministic { "; nothing in it is random, so its error does not fall with samples" } } }
+            div { dt { "Size" } dd { (case.width) "×" (case.height) " pixels, " (x) "×" (y) "×" (z) " voxels, "
+                (numbers::bytes(case.device_bytes as f64)) " on the device" } }
+            div { dt { "Reference" } dd { (user(&reference.description)) (rendered.unwrap_or_default()) "; its own error: "
+                (tables::reference(case)) @if reference.relative_error.is_some_and(|error| error > 0.0) { " % of its mean" }
+                @if let Some(wanted) = reference.wanted_error { ", wanted: " (numbers::share(wanted)) } } }
+            div { dt { "Beforehand" } dd { "building " (spread(case.summary.build)) ", loading and planning " (spread(case.summary.prepare)) } }
+        }
+    }
+}
+
+/// The errors of all repeats as one picture.
+fn metrics(case: &Case, pooled: &Metrics) -> Markup {
+    let plain = |value: f64| numbers::significant(value, 3);
+    let known = |value: Option<String>| value.unwrap_or_else(|| numbers::UNKNOWN.into());
+    let decibels = |value: Option<f64>| known(value.map(|value| format!("{} dB", plain(value))));
+    html! {
+        h4 { "All " (case.repeats.len()) " repeats as one picture" }
+        dl.metrics {
+            div { dt { "RMSE" } dd { (known(pooled.rmse.map(|rmse| numbers::interval(&rmse, plain)).or(Some("below noise".into())))) } }
+            div { dt { "RMSE / mean" } dd { (known(pooled.relative_rmse.map(numbers::share))) } }
+            div { dt { "PSNR, peak " (plain(pooled.psnr_peak)) } dd { (decibels(pooled.psnr_linear_db)) } }
+            div { dt { "PSNR of sRGB codes, peak 1" } dd { (decibels(pooled.psnr_display_db)) } }
+            div { dt { "relMSE" } dd { (known(pooled.relmse.map(|of| numbers::interval(&of, plain)))) } }
+            div { dt { "MAPE" } dd { (known(pooled.mape.map(|of| numbers::interval(&of, numbers::share)))) } }
+            div { dt { "Bias" } dd { (numbers::interval(&pooled.bias, plain)) @if let Some(z) = pooled.bias_z { ", " (plain(z)) " σ" } } }
+        }
+    }
+}
+
+fn points(case: &Case) -> Markup {
+    let several = case.summary.points.len() > 1;
+    html! {
+        h4 { @if several { "Checkpoints" } @else { "Measurement" } }
+        div.scroll {
+            table {
+                thead { tr {
+                    th.n { "samples" } th.n { "time" } th.n { "quartiles" } th.n { "in kernels" } th.n { "RMSE, %" } th.n { "95 %" }
+                    th.n { "PSNR, dB" } th.n { "relMSE" } th.n { "MAPE, %" } th.n { "launches" } th.n { "look-ups" } th.n { "bytes asked for" }
+                } }
+                tbody { @for point in &case.summary.points { (point_row(point)) } }
+            }
+        }
+    }
+}
+
+fn point_row(point: &Point) -> Markup {
+    let known = |value: Option<String>| value.unwrap_or_else(|| numbers::UNKNOWN.into());
+    let percent = |value: f64| numbers::percent(value, 3);
+    let quartiles = (point.seconds.count > 1).then(|| {
+        format!("{} … {}", numbers::seconds(point.seconds.low), numbers::seconds(point.seconds.high))
+    });
+    let error = match (&point.rmse, &point.relative_rmse) {
+        (None, _) => "below noise".to_owned(),
+        (_, error) => known(error.map(|error| percent(error.value))),
+    };
+    html! {
+        tr {
+            td.n { (numbers::count(point.samples)) }
+            td.n { (numbers::seconds(point.seconds.median)) }
+            td.n.range { (known(quartiles)) }
+            td.n { (numbers::seconds(point.device_seconds.median)) }
+            td.n { (error) }
+            td.n.range { (known(point.relative_rmse.and_then(|error| numbers::range(&error, percent)))) }
+            td.n { (known(point.psnr_linear_db.map(|psnr| numbers::significant(psnr, 3)))) }
+            td.n { (known(point.relmse.map(|value| numbers::significant(value, 3)))) }
+            td.n { (known(point.mape.map(percent))) }
+            td.n { (numbers::count(point.launches)) }
+            td.n { (numbers::count(point.lookups)) }
+            td.n { (numbers::bytes(point.bytes)) }
+        }
+    }
+}
+
+/// The repeats one by one, folded.
+fn repeats(case: &Case) -> Markup {
+    html! {
+        details {
+            summary { "The repeats one by one" }
+            div.scroll {
+                table {
+                    thead { tr {
+                        th.n { "seed" } th.n { "building" } th { "from the cache" } th.n { "loading" } th.n { "warm-up" }
+                        th.n { "samples" } th.n { "time" } th.n { "RMSE, %" } th.n { "bias, σ" } th.n { "rejected" } th.n { "faults" }
+                    } }
+                    tbody { @for repeat in &case.repeats { (repeat_row(repeat)) } }
+                }
+            }
+        }
+    }
+}
+
+fn repeat_row(repeat: &Repeat) -> Markup {
+    let last = repeat.checkpoints.last();
+    let known = |value: Option<String>| value.unwrap_or_else(|| numbers::UNKNOWN.into());
+    html! {
+        tr {
+            td.n { (repeat.seed) }
+            td.n { (numbers::seconds(repeat.build_seconds)) }
+            td { @if repeat.build_cached { "yes" } @else { "no" } }
+            td.n { (numbers::seconds(repeat.prepare_seconds)) }
+            td.n { (numbers::seconds(repeat.warmup_seconds)) }
+            td.n { (known(last.map(|last| numbers::count(last.samples as f64)))) }
+            td.n { (known(last.map(|last| numbers::seconds(last.seconds)))) }
+            td.n { (known(last.and_then(|last| last.metrics.relative_rmse).map(|error| numbers::percent(error, 3)))) }
+            td.n { (known(last.and_then(|last| last.metrics.bias_z).map(|z| numbers::significant(z, 2)))) }
+            td.n { (known(last.map(|last| last.rejected.to_string()))) }
+            td.n { (known(last.map(|last| last.faults.to_string()))) }
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! The results as the report shows them: groups of cases, and which cases can stand in for each other.
+
+use std::path::Path;
+
+use crate::bench::results::{Case, Finding, FindingKind, ReferenceKind, Results, Severity};
+
+/// The results with what is derived from them.
+pub struct View<'a> {
+    /// What was found.
+    pub results: &'a Results,
+    /// The folder that their paths are relative to.
+    pub folder: &'a Path,
+    /// Cases in groups, in the order of their first ones.
+    pub groups: Vec<Group<'a>>,
+}
+
+/// Cases that are shown in one plot.
+pub struct Group<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its cases.
+    pub members: Vec<Member<'a>>,
+}
+
+/// A case in its group.
+pub struct Member<'a> {
+    /// Its place among the results.
+    pub index: usize,
+    /// Its place in the group: its colour in the plots.
+    pub series: usize,
+    /// The case.
+    pub case: &'a Case,
+    /// Its name, with the device where there are several.
+    pub label: String,
+}
+
+impl<'a> View<'a> {
+    /// Sorts the cases into groups.
+    pub fn new(results: &'a Results, folder: &'a Path) -> Self {
+        let mut selectors = results.cases.iter().map(|case| &case.device.selector);
+        let first = selectors.next();
+        let several_devices = selectors.any(|selector| Some(selector) != first);
+        let mut groups: Vec<Group<'a>> = Vec::new();
+        for (index, case) in results.cases.iter().enumerate() {
+            let place = groups.iter().position(|group| group.name == case.group).unwrap_or_else(|| {
+                groups.push(Group { name: &case.group, members: Vec::new() });
+                groups.len() - 1
+            });
+            let device =
+                if several_devices { format!(" on {}", case.device.selector) } else { String::new() };
+            let label = format!("{}{device}", case.name);
+            let series = groups[place].members.len();
+            groups[place].members.push(Member { index, series, case, label });
+        }
+        Self { results, folder, groups }
+    }
+
+    /// All cases, group by group.
+    pub fn members(&self) -> impl Iterator<Item = &Member<'a>> {
+        self.groups.iter().flat_map(|group| &group.members)
+    }
+
+    /// What was found about a case, or about its device.
+    pub fn findings_of(&self, case: &Case) -> impl Iterator<Item = &'a Finding> {
+        let (name, device) = (case.name.clone(), case.device.selector.clone());
+        let all = self.results.findings.iter();
+        all.filter(move |finding| {
+            let same_case = finding.case.as_ref().is_none_or(|case| *case == name);
+            let same_device = finding.device.as_ref().is_none_or(|selector| *selector == device);
+            same_case && same_device && (finding.case.is_some() || finding.device.is_some())
+        })
+    }
+
+    /// The worst that was found about a case.
+    pub fn worst_of(&self, case: &Case) -> Option<Severity> {
+        self.findings_of(case).map(|finding| finding.severity).min()
+    }
+
+    /// Whether there was a finding of this kind about a case.
+    pub fn has(&self, case: &Case, kind: FindingKind) -> bool {
+        self.findings_of(case).any(|finding| finding.kind == kind)
+    }
+}
+
+impl<'a> Group<'a> {
+    /// Cases with one and the same reference: they show the same, and one can be had instead of another.
+    pub fn targets(&self) -> Vec<Vec<&Member<'a>>> {
+        let mut targets: Vec<Vec<&Member<'a>>> = Vec::new();
+        for member in &self.members {
+            match targets.iter_mut().find(|target| same_target(target[0].case, member.case)) {
+                Some(target) => target.push(member),
+                None => targets.push(vec![member]),
+            }
+        }
+        targets
+    }
+}
+
+/// One constant may be the truth of different scenes, a picture hardly.
+fn same_target(a: &Case, b: &Case) -> bool {
+    let (x, y) = (&a.reference, &b.reference);
+    let same_scene = x.kind != ReferenceKind::Constant || a.scene == b.scene;
+    let same_reference = match (&x.image, &y.image) {
+        (Some(one), Some(other)) => one == other,
+        _ => x.description == y.description && x.mean == y.mean,
+    };
+    same_reference && same_scene && (a.width, a.height) == (b.width, b.height)
+}
