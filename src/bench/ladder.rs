@@ -190,6 +190,7 @@ fn fitted_radiance(
         let mut case = rung(request, RUNGS[0], &[format!("method.radiance={radiance}")])?;
         case.checkpoints = Checkpoints::Samples(vec![FIT_SAMPLES]);
         let facts = facts(&case, options.devices)?;
+        // The folder is keyed by what is rendered; the errors of these pictures are not asked for.
         let task = Task {
             case: &case,
             device: options.devices[0],

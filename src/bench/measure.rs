@@ -41,7 +41,9 @@ pub fn metrics(comparison: &Comparison) -> Metrics {
         bias: plus_minus(bias.mean, bias.standard_error),
         relative_bias: bias.relative,
         bias_z: bias.z,
-        squared_bias: corrected(Removed::Both).or(own).map(|both| both.mse),
+        squared_bias: corrected(Removed::Both)
+            .or(own)
+            .map(|both| plus_minus(both.mse.value, Some(both.noise_error))),
     }
 }
 

@@ -231,7 +231,7 @@ pub struct Metrics {
     /// `bias` over its standard error.
     pub bias_z: Option<f64>,
     /// Mean squared error less the noise of both: the squared bias over pixels, however its sign changes; negative
-    /// below the noise, `None` where a noise is unknown.
+    /// below the noise, `None` where a noise is unknown. The interval is from the noise alone.
     pub squared_bias: Option<Interval>,
 }
 

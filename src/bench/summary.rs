@@ -159,3 +159,28 @@ fn time_to_error(known: &[(f64, f64)], wanted: f64, deterministic: bool) -> Opti
 pub(super) fn inverse(spread: Spread) -> Spread {
     Spread { median: 1.0 / spread.median, low: 1.0 / spread.high, high: 1.0 / spread.low, ..spread }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_to_errors_interpolate_and_extrapolate() {
+        let known = [(1.0, 0.4), (4.0, 0.2), (16.0, 0.1)];
+        let found = |wanted: f64, deterministic: bool| time_to_error(&known, wanted, deterministic);
+        // The first checkpoint stands for what it is already below.
+        assert_eq!(found(0.5, false).map(|t| (t.seconds, t.measured)), Some((1.0, true)));
+        let between = found(0.2 / 2.0_f64.sqrt(), false).unwrap();
+        assert!((between.seconds - 8.0).abs() < 1e-12 && between.measured);
+        let beyond = found(0.01, false).unwrap();
+        assert!((beyond.seconds - 1600.0).abs() < 1e-9 && !beyond.measured);
+        assert_eq!(found(0.01, true), None);
+        assert_eq!(time_to_error(&[], 0.1, false), None);
+    }
+
+    #[test]
+    fn a_rate_becomes_a_time() {
+        let rate = Spread { median: 4.0, low: 2.0, high: 8.0, count: 3 };
+        assert_eq!(inverse(rate), Spread { median: 0.25, low: 0.125, high: 0.5, count: 3 });
+    }
+}

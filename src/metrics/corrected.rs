@@ -33,6 +33,9 @@ pub struct Corrected {
     pub noise: f64,
     /// The corrected MSE, over the values whose noise is known. Negative: below the noise.
     pub mse: Estimate,
+    /// Standard error of `mse` from the noise that was taken out alone, for normal noise; an upper bound: the channels
+    /// of a pixel are taken as fully correlated. Unlike the interval of `mse` it holds no variation over the picture.
+    pub noise_error: f64,
     /// Its root; `None` where the corrected MSE is negative.
     pub rmse: Option<f64>,
     /// 10 log₁₀(P²/MSE) of the corrected MSE, P the largest value of the reference; `None` where undefined.
@@ -83,7 +86,33 @@ fn correction(pair: &Pair, removed: Removed, noise_of: NoiseOf) -> Option<Correc
             Some(square / (channel.reference_value(pixel).powi(2) + floor * floor))
         })
     });
-    Some(Corrected { removed, noise, mse, rmse, psnr_db: decibels(pair.peak(), mse.value), relmse, unknown })
+    let noise_error = noise_error(pair, noise_of);
+    Some(Corrected {
+        removed,
+        noise,
+        mse,
+        noise_error,
+        rmse,
+        psnr_db: decibels(pair.peak(), mse.value),
+        relmse,
+        unknown,
+    })
+}
+
+/// For d = b + e with e normal of variance v: Var d² = 4 b² v + 2 v², with b² estimated by d² − v.
+fn noise_error(pair: &Pair, noise_of: NoiseOf) -> f64 {
+    let (mut sum, mut values) = (0.0, 0);
+    for &pixel in &pair.usable {
+        let mut deviation = 0.0;
+        for channel in &pair.channels {
+            let Some(v) = noise_of(channel, pixel) else { continue };
+            let square = (channel.difference(pixel).powi(2) - v).max(0.0);
+            deviation += (4.0 * square * v + 2.0 * v * v).sqrt();
+            values += 1;
+        }
+        sum += deviation * deviation;
+    }
+    sum.sqrt() / f64::from(values.max(1))
 }
 
 fn known(noise: Option<&[f64]>, pixel: usize) -> Option<f64> {

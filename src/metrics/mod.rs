@@ -32,4 +32,4 @@ pub use difference::{difference_picture, write_difference};
 pub use thresholds::Thresholds;
 
 #[cfg(test)]
-mod test_pictures;
+pub(crate) mod test_pictures;

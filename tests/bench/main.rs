@@ -1,6 +1,7 @@
-//! `svetlo bench`: suites that are wrong, results that are right, and benches that go on.
+//! `svetlo bench` and `svetlo ladder`: suites that are wrong, results that are right, and benches that go on.
 
 mod errors;
+mod ladder;
 mod pictures;
 mod planted;
 mod resume;

@@ -2,7 +2,8 @@
 
 use crate::support::Folder;
 use crate::{bench, folder, results};
-use svetlo::bench::results::{FindingKind, Results};
+use svetlo::bench::baseline;
+use svetlo::bench::results::{FindingKind, Interval, Results, Spread};
 use svetlo::picture::{Picture, Samples, read_exr, write_exr};
 
 fn kinds(results: &Results) -> Vec<FindingKind> {
@@ -88,7 +89,7 @@ fn an_unconverged_reference_is_called_out() {
 fn a_slow_down_is_found_against_a_baseline() {
     let suite = |paths: u32| {
         format!(
-            "title = \"x\"\nset = [\"image.width=64\", \"image.height=64\", \"background.color=1\"]\n\
+            "title = \"x\"\nset = [\"image.width=64\", \"image.height=64\", \"background.color=1\", \"medium.albedo=0.5\"]\n\
              checkpoints = {{ samples = [64] }}\nreference = {{ kind = \"constant\", value = 1 }}\n\
              [[case]]\nname = \"a\"\nscene = \"scene.toml\"\n\
              set = [\"method={{kind=\\\"multiple-scattering\\\",paths={paths}}}\"]\n"
@@ -100,6 +101,7 @@ fn a_slow_down_is_found_against_a_baseline() {
     // The same again is not slower: the pieces are kept, so the times are the same too.
     let again = bench(&folder, &["--quiet", "--baseline", "old.json"]);
     assert_eq!(again.code, Some(0), "{}", again.err);
+    against_itself(&results(&folder, "old.json"));
     // Eight times the paths take a multiple of the time, whatever else the machine does.
     folder.write("suite.toml", suite(8));
     let slow = bench(&folder, &["--quiet", "--baseline", "old.json"]);
@@ -107,4 +109,38 @@ fn a_slow_down_is_found_against_a_baseline() {
     assert!(slow.err.contains("slower: 64 samples take"), "{}", slow.err);
     let found = kinds(&results(&folder, "out/results.json"));
     assert!(found.contains(&FindingKind::Slower) && found.contains(&FindingKind::Work), "{found:?}");
+}
+
+/// What a baseline finds in results whose numbers were changed.
+fn against_itself(old: &Results) {
+    let found = |factor: f64, spread: f64| -> Vec<FindingKind> {
+        let mut new = old.clone();
+        for point in &mut new.cases[0].summary.points {
+            let median = point.seconds.median * factor;
+            point.seconds =
+                Spread { median, low: median * (1.0 - spread), high: median * (1.0 + spread), count: 3 };
+        }
+        let mut calm = old.clone();
+        for point in &mut calm.cases[0].summary.points {
+            (point.seconds.low, point.seconds.high) = (point.seconds.median, point.seconds.median);
+        }
+        baseline::compare(&new, &calm, 0.1).iter().map(|finding| finding.kind).collect()
+    };
+    assert_eq!(found(1.3, 0.05), [FindingKind::Slower]);
+    assert_eq!(found(1.3, 0.3), [], "within its spread");
+    assert_eq!(found(1.05, 0.0), [], "below the limit");
+    assert_eq!(found(0.5, 0.0), [], "faster");
+    let mut noisy = old.clone();
+    for point in &mut noisy.cases[0].summary.points {
+        let grown = |end: f64| 1.5 * end;
+        let rmse = point.rmse.unwrap();
+        let (low, high) = (rmse.low.map(grown), rmse.high.map(grown));
+        point.rmse = Some(Interval { value: grown(rmse.value), low, high });
+        point.lookups *= 1.03;
+    }
+    let kinds: Vec<FindingKind> =
+        baseline::compare(&noisy, old, 0.1).iter().map(|finding| finding.kind).collect();
+    assert_eq!(kinds, [FindingKind::Noisier, FindingKind::Work]);
+    noisy.cases[0].name = "other".into();
+    assert_eq!(baseline::compare(&noisy, old, 0.1), []);
 }

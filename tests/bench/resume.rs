@@ -65,7 +65,7 @@ fn an_interrupted_bench_keeps_what_is_finished_and_goes_on() {
     // Everything is there.
     let again = bench(&folder, &[]);
     assert_eq!(again.err.matches("there already").count(), 4, "{}", again.err);
-    assert_eq!(results(&folder, "out/results.json").cases, whole.cases);
+    assert!(results(&folder, "out/results.json").cases == whole.cases);
 
     // Another scene is another piece.
     folder.write("scene.toml", crate::support::SCENE.replace("sigma_max = 5", "sigma_max = 6"));
@@ -98,7 +98,8 @@ fn a_reference_is_rendered_once_and_goes_on_to_a_smaller_error() {
     assert!(before == streams(), "nothing was rendered again");
     folder.write("suite.toml", suite("1%"));
     let ran = bench(&folder, &[]);
-    assert_eq!(ran.err.matches("there already").count(), 0, "errors against another reference are others");
+    // Errors against another reference are others; but the second case renders what the first did.
+    assert_eq!(ran.err.matches("there already").count(), 1, "{}", ran.err);
     let second = &results(&folder, "out/results.json").cases[0].reference;
     assert_eq!(first.image, second.image);
     assert!(second.samples > first.samples && second.relative_error.unwrap() <= 0.01, "{second:?}");
