@@ -21,10 +21,12 @@ fn case(view: &View<'_>, member: &Member<'_>) -> Markup {
     html! {
         article.case id=(anchor(member.index)) {
             h3 { (user(&member.label)) }
-            ul.findings {
-                @for finding in view.findings_of(case) {
-                    li class={ "finding " (summary::class(finding.severity)) } {
-                        strong { (summary::word(finding.severity)) } " " (sentence(&finding.text))
+            @if view.findings_of(case).next().is_some() {
+                ul.findings {
+                    @for finding in view.findings_of(case) {
+                        li class={ "finding " (summary::class(finding.severity)) } {
+                            strong { (summary::word(finding.severity)) } " " (sentence(&finding.text))
+                        }
                     }
                 }
             }

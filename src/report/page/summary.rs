@@ -194,11 +194,11 @@ fn recommendation(view: &View<'_>, group: &str, target: &[&Member<'_>], levels: 
                                 strong { (label(first)) } ", " (numbers::seconds(arrival.seconds))
                                 @if choice.errors[0] != choice.errors[1] { " for " (percent(choice.errors[1])) }
                                 @if !arrival.measured { " (extrapolated)" }
-                                @if let Some((next, ratio)) = choice.next {
-                                    @if ratio < 1.1 { "; " (label(next)) " is as fast" }
+                                @if let Some(next) = choice.next {
+                                    @if !next.certain { "; " (label(next.index)) " may be as fast: the quartiles overlap" }
                                     @else {
-                                        @let ratio = numbers::significant(ratio, 2);
-                                        "; " (label(next)) " takes " (ratio) " times as long"
+                                        @let ratio = numbers::significant(next.ratio, 2);
+                                        "; " (label(next.index)) " takes " (ratio) " times as long"
                                     }
                                 }
                                 @else { "; no other gets there" }
