@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::{case_link, fact, sentence, user};
 use crate::{
-    bench::results::{Finding, Severity},
+    bench::results::{Finding, FindingKind, Severity},
     report::{
         advice::{self, Choice},
         numbers,
@@ -108,9 +108,10 @@ pub fn findings(view: &View<'_>) -> Markup {
         (n, 0) => ("failure", format!("{}.", plural(n, "failure"))),
         (n, m) => ("failure", format!("{} and {}.", plural(n, "failure"), plural(m, "warning"))),
     };
+    let told = results.findings.iter().any(|finding| finding.kind == FindingKind::Incomplete);
     html! {
         p class={ "verdict " (class) } { (verdict) }
-        @if !results.complete {
+        @if !results.complete && !told {
             p class="finding warning" {
                 strong { "Incomplete" } " The bench was interrupted. Everything below is of what had been finished; the same "
                 "command goes on from there."
