@@ -35,6 +35,20 @@ fn every_example_renders_something() {
     }
 }
 
+#[test]
+fn every_suite_is_valid_and_opens_with_a_comment() {
+    let folder = Folder::new();
+    let suites = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/bench")).unwrap();
+    let mut count = 0;
+    for suite in suites.map(|entry| entry.unwrap().path()) {
+        let ran = folder.succeed(&[Path::new("bench"), &suite, Path::new("--list")]);
+        assert!(ran.out.contains(" cases are valid"), "{}", ran.out);
+        assert!(std::fs::read_to_string(&suite).unwrap().starts_with("# "), "{}", suite.display());
+        count += 1;
+    }
+    assert!(count >= 4);
+}
+
 /// The template explains every key of the scene language: those in force and those after a `#`.
 #[test]
 fn the_template_names_every_key() {
@@ -96,6 +110,15 @@ fn the_commands_of_the_readme_work() {
         let mut line = format!("svetlo() {{ '{binary}' \"$@\"; }}; {command}");
         if command.starts_with("svetlo render") {
             line.push_str(" --set image.width=16 --set image.height=16 --samples 1");
+        }
+        if command.starts_with("svetlo bench") {
+            // Suites run for minutes: tests/bench runs smaller ones.
+            line.push_str(" --list");
+        }
+        if command.starts_with("svetlo ladder") {
+            line.push_str(
+                " --set image.width=16 --set image.height=16 --time 20ms --tolerance 50% --no-selftest",
+            );
         }
         let ran = run(std::process::Command::new("sh").args(["-c", &line]).current_dir(folder.path("")));
         assert_eq!(ran.code, Some(0), "{command}: {}", ran.err);
