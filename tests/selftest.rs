@@ -31,8 +31,11 @@ fn only(name: &str) -> [&'static Check; 1] {
     [CHECKS.iter().find(|check| check.name == name).expect("a check")]
 }
 
+/// What is done to a program before it is built.
+type Alter = fn(ProgramSpec) -> ProgramSpec;
+
 /// Kernels that go wrong as devices do: the check that finds it, and what stands in the kernels instead of what.
-const FAULTS: [(&str, fn(ProgramSpec) -> ProgramSpec); 16] = [
+const FAULTS: [(&str, Alter); 16] = [
     // One round too few; an odd constant; the wrong logarithm.
     ("random", |spec| match spec.entry {
         "common/exponential.cl" => spec,
@@ -87,7 +90,7 @@ fn broken_kernels_are_found() {
 
 #[test]
 fn paths_that_the_device_does_not_follow_are_noticed() {
-    let cut: fn(ProgramSpec) -> ProgramSpec = |spec| match spec.entry {
+    let cut: Alter = |spec| match spec.entry {
         "render/scattering.cl" => spec.patch("for (;;) {", "for (uint turn = 0u; turn < 65535u; ++turn) {"),
         _ => spec,
     };

@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 /// Independent streams: their variance is summed over all pixels, so few are enough.
 const STREAMS: u64 = 4;
 /// Samples of each stream in the first round.
-const FIRST: u64 = 8;
+const FIRST: u64 = 2;
 /// Most that a round multiplies the samples by: the error of the first rounds is a rough guess.
 const GROWTH: f64 = 4.0;
 /// Aims a little below the error that is asked for, so that the last round is not a series of small ones.

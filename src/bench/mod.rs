@@ -19,6 +19,7 @@ mod published;
 mod reference;
 pub mod results;
 mod run;
+mod spec;
 pub mod statistics;
 pub mod suite;
 pub mod summary;

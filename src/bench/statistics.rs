@@ -168,14 +168,14 @@ mod tests {
     /// Squared errors of running means of normal noise whose strength grows from block to block, with a constant bias.
     fn repeat(normal: &mut Normal, bias: f64) -> Vec<Vec<f64>> {
         let mut sums = vec![vec![0.0; BLOCKS]; SAMPLES.len()];
-        for block in 0..BLOCKS {
+        for strength in 1..=BLOCKS {
             for _ in 0..PIXELS {
                 let (mut sum, mut count) = (0.0, 0.0);
                 for (checkpoint, &samples) in SAMPLES.iter().enumerate() {
                     // The sum of so many draws is normal, too.
-                    sum += (samples - count).sqrt() * (1.0 + block as f64) * normal.next();
+                    sum += (samples - count).sqrt() * strength as f64 * normal.next();
                     count = samples;
-                    sums[checkpoint][block] += (sum / count + bias).powi(2);
+                    sums[checkpoint][strength - 1] += (sum / count + bias).powi(2);
                 }
             }
         }

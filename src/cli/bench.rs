@@ -5,10 +5,11 @@ use super::stderr::say;
 use super::{outlive_file_size_limit, print_line};
 use crate::bench::files::{Folder, read_json};
 use crate::bench::results::{Results, Severity};
-use crate::bench::suite::Suite;
+use crate::bench::suite::{CaseSpec, Checkpoints, ReferenceSpec, Suite};
 use crate::bench::table::table;
 use crate::bench::{Options, Watch, baseline, findings, run as run_suite};
 use crate::device::{Catalog, DeviceInfo};
+use crate::render::method_name;
 use crate::report;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -27,6 +28,9 @@ pub struct BenchArgs {
     /// The results.json of an earlier run: what became slower or noisier since is exit code 3.
     #[arg(long, value_name = "results.json")]
     baseline: Option<PathBuf>,
+    /// Validate the suite, print its cases, and run nothing.
+    #[arg(long)]
+    list: bool,
     /// Do not ask whether the devices compute what they should; the results say so.
     #[arg(long)]
     no_selftest: bool,
@@ -42,6 +46,9 @@ pub struct BenchArgs {
 pub fn run(arguments: &BenchArgs) -> Result<()> {
     outlive_file_size_limit()?;
     let suite = Suite::load(&arguments.suite)?;
+    if arguments.list {
+        return print_line(&list(&suite));
+    }
     let old: Option<Results> = arguments
         .baseline
         .as_ref()
@@ -67,6 +74,33 @@ pub fn run(arguments: &BenchArgs) -> Result<()> {
     report::write(&results, &folder.path("."))?;
     print_line(&table(&results))?;
     outcome(&results)
+}
+
+/// One line per case.
+fn list(suite: &Suite) -> String {
+    let line = |case: &CaseSpec| {
+        let image = &case.scene.image;
+        let checkpoints = match &case.checkpoints {
+            Checkpoints::Samples(samples) => format!("{samples:?} samples"),
+            Checkpoints::Times(times) => format!("{times:?}"),
+        };
+        let reference = match &case.reference {
+            ReferenceSpec::Constant(color) => format!("constant {color:?}"),
+            ReferenceSpec::File { name, .. } => format!("file {name}"),
+            ReferenceSpec::Computed(spec) => format!("computed to {} %", spec.error * 100.0),
+        };
+        format!(
+            "{}: {}, {}×{}, {} runs of {checkpoints}, reference {reference}",
+            case.name,
+            method_name(&case.scene.method),
+            image.width,
+            image.height,
+            case.repeats
+        )
+    };
+    let mut lines: Vec<String> = suite.cases.iter().map(line).collect();
+    lines.push(format!("{} cases are valid", suite.cases.len()));
+    lines.join("\n")
 }
 
 /// The suite's name with `.bench` in the current folder.

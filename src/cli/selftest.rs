@@ -114,7 +114,8 @@ fn line(name: &str, verdict: &Verdict) -> String {
     }
     let measured = verdict.measured.map_or("-".into(), |x| number(x, verdict.tolerance));
     let expected = number(verdict.expected, verdict.tolerance);
-    row([name, &measured, &expected, &number(verdict.tolerance, 0.0), status, &what])
+    let tolerance = if verdict.tolerance == 0.0 { "0".into() } else { format!("{:.1e}", verdict.tolerance) };
+    row([name, &measured, &expected, &tolerance, status, &what])
 }
 
 fn row([check, measured, expected, tolerance, status, what]: [&str; 6]) -> String {

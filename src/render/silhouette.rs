@@ -124,7 +124,7 @@ pub(super) fn tiles_that_see(
 mod tests {
     use super::tiles_that_see;
     use crate::render::local::LocalFrame;
-    use crate::scene::{Camera, CameraKind, Image};
+    use crate::scene::{Camera, CameraKind, Filter, Image};
     use glam::DVec3;
 
     const FRAME: LocalFrame =
@@ -140,7 +140,7 @@ mod tests {
 
     fn seen(kind: CameraKind, low: [f64; 3], high: [f64; 3]) -> Vec<u8> {
         let boxes = [[DVec3::from_array(low), DVec3::from_array(high)]];
-        tiles_that_see(&camera(kind), &Image { width: 32, height: 24 }, &FRAME, &boxes)
+        tiles_that_see(&camera(kind), &Image { width: 32, height: 24, filter: Filter::Box }, &FRAME, &boxes)
     }
 
     #[test]
@@ -164,7 +164,7 @@ mod tests {
             let tiles = seen(perspective(0.0), [-0.4, -0.4, low], [0.4, 0.4, high]);
             tiles.iter().map(|&tile| u32::from(tile)).sum::<u32>()
         };
-        assert_eq!(count(-1.0, 0.0), 6);
+        assert_eq!(count(-1.0, 0.0), 2);
         assert_eq!(count(0.0, 9.5), 12);
         assert_eq!(count(0.0, 10.5), 12);
         assert_eq!(count(10.5, 12.0), 0);

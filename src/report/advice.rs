@@ -21,8 +21,19 @@ pub struct Choice {
     pub first: Option<usize>,
     /// When it reaches the smallest error of the range.
     pub arrival: Option<Arrival>,
-    /// The next one and how many times longer it takes, at the smallest error.
-    pub next: Option<(usize, f64)>,
+    /// The next one, at the smallest error.
+    pub next: Option<Next>,
+}
+
+/// The second to arrive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Next {
+    /// Its place among the results.
+    pub index: usize,
+    /// How many times longer it takes.
+    pub ratio: f64,
+    /// Whether it is slower for certain: the quartiles of the times do not overlap.
+    pub certain: bool,
 }
 
 /// Relative errors whose times are known for any case, the largest first.
@@ -76,16 +87,26 @@ pub fn choices(view: &View<'_>, target: &[&Member<'_>], levels: &[f64]) -> Vec<C
     choices
 }
 
-fn choice(view: &View<'_>, target: &[&Member<'_>], level: f64) -> Choice {
-    let mut arrivals: Vec<(usize, Arrival)> =
-        target.iter().filter_map(|member| Some((member.index, arrival(view, member.case, level)?))).collect();
+fn choice<'m, 'a>(view: &View<'_>, target: &[&'m Member<'a>], level: f64) -> Choice {
+    let arrives = |member: &&'m Member<'a>| Some((*member, arrival(view, member.case, level)?));
+    let mut arrivals: Vec<(&Member<'_>, Arrival)> = target.iter().filter_map(arrives).collect();
     arrivals.sort_by(|(_, a), (_, b)| a.seconds.total_cmp(&b.seconds));
     let first = arrivals.first().copied();
-    let next = first.zip(arrivals.get(1)).map(|((_, a), &(index, b))| (index, b.seconds / a.seconds));
+    let next = first.zip(arrivals.get(1)).map(|((winner, a), (second, b))| Next {
+        index: second.index,
+        ratio: b.seconds / a.seconds,
+        certain: b.seconds * quartiles(second.case)[0] > a.seconds * quartiles(winner.case)[1],
+    });
     Choice {
         errors: [level, level],
-        first: first.map(|(index, _)| index),
+        first: first.map(|(winner, _)| winner.index),
         arrival: first.map(|(_, arrival)| arrival),
-        next: next.filter(|(_, ratio)| ratio.is_finite()),
+        next: next.filter(|next| next.ratio.is_finite()),
     }
+}
+
+/// First and third quartile of the last checkpoint's time, over the median.
+fn quartiles(case: &Case) -> [f64; 2] {
+    let last = case.summary.points.last().map(|point| point.seconds);
+    last.map_or([1.0, 1.0], |times| [times.low / times.median, times.high / times.median])
 }

@@ -50,6 +50,8 @@ fn quick(command: &str) -> String {
     match command.split(' ').nth(1) {
         Some("render") => format!("{} {small} --samples 1", without(" --samples ")),
         Some("ladder") => format!("{} {small} --time 100ms --no-selftest", without(" --time ")),
+        // Those of the project run for minutes: tests/bench runs smaller ones.
+        Some("bench") if command.contains(" configs/") => format!("{command} --list"),
         Some("bench") => format!("{command} --no-selftest"),
         Some("selftest") => format!("{command} --only layout"),
         _ => command.to_owned(),

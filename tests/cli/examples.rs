@@ -35,6 +35,20 @@ fn every_example_renders_something() {
     }
 }
 
+#[test]
+fn every_suite_is_valid_and_opens_with_a_comment() {
+    let folder = Folder::new();
+    let suites = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/bench")).unwrap();
+    let mut count = 0;
+    for suite in suites.map(|entry| entry.unwrap().path()) {
+        let ran = folder.succeed(&[Path::new("bench"), &suite, Path::new("--list")]);
+        assert!(ran.out.contains(" cases are valid"), "{}", ran.out);
+        assert!(std::fs::read_to_string(&suite).unwrap().starts_with("# "), "{}", suite.display());
+        count += 1;
+    }
+    assert!(count >= 4);
+}
+
 /// The template explains every key of the scene language: those in force and those after a `#`.
 #[test]
 fn the_template_names_every_key() {

@@ -2,9 +2,9 @@
 
 use maud::{Markup, html};
 
-use super::{anchor, pictures::thumbnail, sentence, summary, tables, user};
+use super::{anchor, fact, pictures::thumbnail, sentence, summary, user};
 use crate::{
-    bench::results::{Case, Images, Metrics, Point, Repeat, Spread},
+    bench::results::{Case, Images, Metrics, Point, ReferenceInfo, Repeat, Spread},
     report::{
         numbers,
         view::{Member, View},
@@ -21,10 +21,12 @@ fn case(view: &View<'_>, member: &Member<'_>) -> Markup {
     html! {
         article.case id=(anchor(member.index)) {
             h3 { (user(&member.label)) }
-            ul.findings {
-                @for finding in view.findings_of(case) {
-                    li class={ "finding " (summary::class(finding.severity)) } {
-                        strong { (summary::word(finding.severity)) } " " (sentence(&finding.text))
+            @if view.findings_of(case).next().is_some() {
+                ul.findings {
+                    @for finding in view.findings_of(case) {
+                        li class={ "finding " (summary::class(finding.severity)) } {
+                            strong { (summary::word(finding.severity)) } " " (sentence(&finding.text))
+                        }
                     }
                 }
             }
@@ -53,7 +55,8 @@ fn pictures(view: &View<'_>, images: &Images) -> Markup {
                 figure {
                     img src=(data) alt="image less reference, in false colours";
                     @if let Some(scale) = images.difference_scale {
-                        div.scale { span { "−" (numbers::significant(scale, 2)) } span.ramp {} span { "+" (numbers::significant(scale, 2)) } }
+                        @let scale = numbers::significant(scale, 2);
+                        div.scale { span { "−" (scale) } span.ramp {} span { "+" (scale) } }
                     }
                     figcaption { "image − reference, linear; blue is too dark, red too bright" }
                 }
@@ -67,23 +70,46 @@ fn figure(data: &str, caption: &str) -> Markup {
 }
 
 fn facts(case: &Case) -> Markup {
-    let reference = &case.reference;
-    let rendered = (reference.seconds > 0.0).then(|| format!(" in {}", numbers::seconds(reference.seconds)));
     let [x, y, z] = case.voxels;
-    let spread =
-        |spread: Option<Spread>| spread.map_or(numbers::UNKNOWN.into(), |of| numbers::seconds(of.median));
+    let spread = |spread: Option<Spread>| known(spread.map(|of| numbers::seconds(of.median)));
+    let scene = html! {
+        code { (user(&case.scene)) }
+        @if !case.overrides.is_empty() {
+            " with"
+            ul.sets { @for set in &case.overrides { li { code { (user(set)) } } } }
+        }
+    };
+    let method = html! {
+        (user(&case.method))
+        @for phrase in &case.estimators { ", " (user(phrase)) }
+        @if case.deterministic { "; nothing in it is random, so its error does not fall with samples" }
+    };
+    let memory = numbers::bytes(case.device_bytes as f64);
+    let size = format!("{}×{} pixels, {x}×{y}×{z} voxels, {memory} on the device", case.width, case.height);
+    let (build, prepare) = (spread(case.summary.build), spread(case.summary.prepare));
+    let beforehand = format!("building the program {build}, loading and planning {prepare}");
     html! {
         dl.facts {
-            div { dt { "Scene" } dd { code { (user(&case.scene)) }
-                @if !case.overrides.is_empty() { " with" ul.sets { @for set in &case.overrides { li { code { (user(set)) } } } } } } }
-            div { dt { "Method" } dd { (user(&case.method)) @for phrase in &case.estimators { ", " (user(phrase)) }
-                @if case.deterministic { "; nothing in it is random, so its error does not fall with samples" } } }
-            div { dt { "Size" } dd { (case.width) "×" (case.height) " pixels, " (x) "×" (y) "×" (z) " voxels, "
-                (numbers::bytes(case.device_bytes as f64)) " on the device" } }
-            div { dt { "Reference" } dd { (user(&reference.description)) (rendered.unwrap_or_default()) "; its own error: "
-                (tables::reference(case)) @if reference.relative_error.is_some_and(|error| error > 0.0) { " % of its mean" }
-                @if let Some(wanted) = reference.wanted_error { ", wanted: " (numbers::share(wanted)) } } }
-            div { dt { "Beforehand" } dd { "building " (spread(case.summary.build)) ", loading and planning " (spread(case.summary.prepare)) } }
+            (fact("Scene", &scene))
+            (fact("Method", &method))
+            (fact("Size", &html! { (size) }))
+            (fact("Reference", &reference(&case.reference)))
+            (fact("Beforehand", &html! { (beforehand) }))
+        }
+    }
+}
+
+fn reference(reference: &ReferenceInfo) -> Markup {
+    let own = reference.relative_error.filter(|error| *error > 0.0);
+    html! {
+        (user(&reference.description))
+        @if reference.seconds > 0.0 { ", in " (numbers::seconds(reference.seconds)) }
+        @match own {
+            Some(error) => {
+                "; its own standard error is " (numbers::share(error)) " of its mean"
+                @if let Some(wanted) = reference.wanted_error { " (asked for: " (numbers::share(wanted)) ")" }
+            },
+            None => "; free of noise",
         }
     }
 }
@@ -91,20 +117,28 @@ fn facts(case: &Case) -> Markup {
 /// The errors of all repeats as one picture.
 fn metrics(case: &Case, pooled: &Metrics) -> Markup {
     let plain = |value: f64| numbers::significant(value, 3);
-    let known = |value: Option<String>| value.unwrap_or_else(|| numbers::UNKNOWN.into());
     let decibels = |value: Option<f64>| known(value.map(|value| format!("{} dB", plain(value))));
+    let rmse = pooled.rmse.map_or("below noise".into(), |rmse| numbers::interval(&rmse, plain));
+    let z = pooled.bias_z.map_or(String::new(), |z| format!(", {} σ", plain(z)));
+    let entries = [
+        ("RMSE", rmse),
+        ("RMSE / mean", known(pooled.relative_rmse.map(numbers::share))),
+        (&format!("PSNR, peak {}", plain(pooled.psnr_peak)), decibels(pooled.psnr_linear_db)),
+        ("PSNR of sRGB codes, peak 1", decibels(pooled.psnr_display_db)),
+        ("relMSE", known(pooled.relmse.map(|of| numbers::interval(&of, plain)))),
+        ("MAPE", known(pooled.mape.map(|of| numbers::interval(&of, numbers::share)))),
+        ("bias", numbers::interval(&pooled.bias, plain) + &z),
+        ("squared bias", known(pooled.squared_bias.map(|of| numbers::interval(&of, plain)))),
+    ];
     html! {
         h4 { "All " (case.repeats.len()) " repeats as one picture" }
-        dl.metrics {
-            div { dt { "RMSE" } dd { (known(pooled.rmse.map(|rmse| numbers::interval(&rmse, plain)).or(Some("below noise".into())))) } }
-            div { dt { "RMSE / mean" } dd { (known(pooled.relative_rmse.map(numbers::share))) } }
-            div { dt { "PSNR, peak " (plain(pooled.psnr_peak)) } dd { (decibels(pooled.psnr_linear_db)) } }
-            div { dt { "PSNR of sRGB codes, peak 1" } dd { (decibels(pooled.psnr_display_db)) } }
-            div { dt { "relMSE" } dd { (known(pooled.relmse.map(|of| numbers::interval(&of, plain)))) } }
-            div { dt { "MAPE" } dd { (known(pooled.mape.map(|of| numbers::interval(&of, numbers::share)))) } }
-            div { dt { "Bias" } dd { (numbers::interval(&pooled.bias, plain)) @if let Some(z) = pooled.bias_z { ", " (plain(z)) " σ" } } }
-        }
+        dl.metrics { @for (term, value) in &entries { (fact(term, &html! { (value) })) } }
     }
+}
+
+/// A value, or what stands for one that is not known.
+fn known(value: Option<String>) -> String {
+    value.unwrap_or_else(|| numbers::UNKNOWN.into())
 }
 
 fn points(case: &Case) -> Markup {
@@ -114,8 +148,9 @@ fn points(case: &Case) -> Markup {
         div.scroll {
             table {
                 thead { tr {
-                    th.n { "samples" } th.n { "time" } th.n { "quartiles" } th.n { "in kernels" } th.n { "RMSE, %" } th.n { "95 %" }
-                    th.n { "PSNR, dB" } th.n { "relMSE" } th.n { "MAPE, %" } th.n { "launches" } th.n { "look-ups" } th.n { "bytes asked for" }
+                    th.n { "samples" } th.n { "time" } th.n { "quartiles" } th.n { "in kernels" }
+                    th.n { "RMSE, %" } th.n { "95 %" } th.n { "PSNR, dB" } th.n { "relMSE" } th.n { "MAPE, %" }
+                    th.n { "launches" } th.n { "look-ups" } th.n { "bytes asked for" }
                 } }
                 tbody { @for point in &case.summary.points { (point_row(point)) } }
             }
@@ -124,7 +159,6 @@ fn points(case: &Case) -> Markup {
 }
 
 fn point_row(point: &Point) -> Markup {
-    let known = |value: Option<String>| value.unwrap_or_else(|| numbers::UNKNOWN.into());
     let percent = |value: f64| numbers::percent(value, 3);
     let quartiles = (point.seconds.count > 1).then(|| {
         format!("{} … {}", numbers::seconds(point.seconds.low), numbers::seconds(point.seconds.high))
@@ -159,8 +193,9 @@ fn repeats(case: &Case) -> Markup {
             div.scroll {
                 table {
                     thead { tr {
-                        th.n { "seed" } th.n { "building" } th { "from the cache" } th.n { "loading" } th.n { "warm-up" }
-                        th.n { "samples" } th.n { "time" } th.n { "RMSE, %" } th.n { "bias, σ" } th.n { "rejected" } th.n { "faults" }
+                        th.n { "seed" } th.n { "building" } th { "from the cache" } th.n { "loading" }
+                        th.n { "warm-up" } th.n { "samples" } th.n { "time" } th.n { "RMSE, %" }
+                        th.n { "bias, σ" } th.n { "rejected" } th.n { "faults" }
                     } }
                     tbody { @for repeat in &case.repeats { (repeat_row(repeat)) } }
                 }
@@ -171,7 +206,6 @@ fn repeats(case: &Case) -> Markup {
 
 fn repeat_row(repeat: &Repeat) -> Markup {
     let last = repeat.checkpoints.last();
-    let known = |value: Option<String>| value.unwrap_or_else(|| numbers::UNKNOWN.into());
     html! {
         tr {
             td.n { (repeat.seed) }

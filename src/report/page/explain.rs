@@ -17,29 +17,76 @@ const METHODS: [(&str, &str); 8] = [
     ("caustics", "light that surfaces focus, by photons"),
 ];
 
+/// Words of the page.
+const TERMS: [(&str, &str); 12] = [
+    (
+        "RMSE",
+        "√mean (x − r)², with the variance of the reference taken out. “Below noise”: what remained was not above 0.",
+    ),
+    (
+        "relative, %",
+        "divided by the mean of the reference: 1 % is an error of a hundredth of the average brightness.",
+    ),
+    (
+        "bias",
+        "mean (x − r): an error that more samples do not remove. It is no noise when it is beyond 3 standard errors \
+         (σ). The squared bias is that of single pixels, the noise of both sides taken out.",
+    ),
+    (
+        "PSNR",
+        "10 log₁₀(P²/MSE) in decibels, more is better; P is the largest value of the reference, or 1 where sRGB \
+         codes are compared.",
+    ),
+    (
+        "relMSE, MAPE",
+        "mean (x − r)²/(r² + (0.1 mean r)²), and mean |x − r|/(|r| + 0.1 mean r): errors in proportion to each \
+         pixel's own brightness.",
+    ),
+    (
+        "slope",
+        "the exponent of RMSE against samples. Independent samples give −½: four times the samples, half the error. \
+         Well-spread samples can do better (below −½); a bias makes the curve flat.",
+    ),
+    (
+        "efficiency",
+        "1/(MSE · time), with the MSE relative to the reference's mean: 10⁴ per second is an error of 1 % after one \
+         second. Twice the efficiency is the same picture in half the time.",
+    ),
+    (
+        "time",
+        "wall time of the measured steps, without building programs, loading and warming up, which are listed apart.",
+    ),
+    (
+        "95 % interval",
+        "made so that it holds the true value in 95 of 100 benches; from the scatter of repeats and of blocks of the \
+         picture.",
+    ),
+    ("quartiles", "half of the repeats were between them."),
+    (
+        "reference",
+        "“exact” is known from theory or free of noise; a rendered one has an error of its own (± its standard \
+         error), and errors not well above it are called out.",
+    ),
+    (
+        "look-ups, bytes",
+        "how often the volume was sampled, and the bytes of the eight voxels each asks for, before any cache.",
+    ),
+];
+
 /// The glossary.
 pub fn terms(view: &View<'_>) -> Markup {
     let used = |method: &str| view.results.cases.iter().any(|case| case.method == method);
     html! {
         p {
-            "Every case was rendered several times with random numbers of its own. At checkpoints the clock stopped, and the "
-            "picture was compared with a reference that shares no random numbers with it. x is a value of the picture, r of the "
-            "reference, in linear light; means are over all pixels and colours."
+            "Every case was rendered several times with random numbers of its own. At checkpoints the clock stopped, "
+            "and the picture was compared with a reference that shares no random numbers with it. x is a value of "
+            "the picture, r of the reference, in linear light; means are over all pixels and colours."
         }
         dl.terms {
-            dt { "RMSE" } dd { "√mean (x − r)², with the variance of the reference taken out. “Below noise”: what remained was not above 0." }
-            dt { "relative, %" } dd { "divided by the mean of the reference: 1 % is an error of a hundredth of the average brightness." }
-            dt { "bias" } dd { "mean (x − r): an error that more samples do not remove. It is no noise when it is beyond 3 standard errors (σ)." }
-            dt { "PSNR" } dd { "10 log₁₀(P²/MSE) in decibels, more is better; P is the largest value of the reference, or 1 where sRGB codes are compared." }
-            dt { "relMSE, MAPE" } dd { "mean (x − r)²/(r² + (0.1 mean r)²), and mean |x − r|/(|r| + 0.1 mean r): errors in proportion to each pixel's own brightness." }
-            dt { "slope" } dd { "the exponent of RMSE against samples. Independent samples give −½: four times the samples, half the error. Well-spread samples can do better (below −½); a bias makes the curve flat." }
-            dt { "efficiency" } dd { "1/(MSE · time), with the MSE relative to the reference's mean: 10⁴ per second is an error of 1 % after one second. Twice the efficiency is the same picture in half the time." }
-            dt { "time" } dd { "wall time of the measured steps, without building programs, loading and warming up, which are listed apart." }
-            dt { "95 % interval" } dd { "made so that it holds the true value in 95 of 100 benches; from the scatter of repeats and of blocks of the picture." }
-            dt { "quartiles" } dd { "half of the repeats were between them." }
-            dt { "reference" } dd { "“exact” is known from theory or free of noise; a rendered one has an error of its own (± its standard error), and errors not well above it are called out." }
-            dt { "look-ups, bytes" } dd { "how often the volume was sampled, and the bytes of the eight voxels each asks for, before any cache." }
-            @for (name, meaning) in METHODS.iter().filter(|(name, _)| used(name)) { dt { code { (name) } } dd { (meaning) } }
+            @for (term, meaning) in TERMS { dt { (term) } dd { (meaning) } }
+            @for (name, meaning) in METHODS.iter().filter(|(name, _)| used(name)) {
+                dt { code { (name) } } dd { (meaning) }
+            }
         }
     }
 }
@@ -54,7 +101,9 @@ pub fn again(view: &View<'_>) -> Markup {
         p { "To see whether something became slower or noisier since, with exit code 3 if it did:" }
         pre { code { "svetlo bench " (quoted(&suite.file)) " -o again --baseline results.json" } }
         @if let Some(case) = example {
-            p { "One case by itself, from the folder of the suite, and any number of this page from the pictures in this folder:" }
+            p {
+                "One case by itself, from the folder of the suite, and the errors of its picture, from this folder:"
+            }
             pre { code { (render(case)) "\n" (compare(case)) } }
         }
     }

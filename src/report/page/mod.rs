@@ -62,8 +62,13 @@ pub fn page(view: &View<'_>, plots: &[Plots]) -> String {
                     (section("terms", "How to read it", &explain::terms(view)))
                     (section("again", "How to do it again", &explain::again(view)))
                 }
-                footer { p { "Written by svetlo " (view.results.version) ". The numbers are in " code { "results.json" } " and "
-                    code { "results.csv" } " beside this page, the plots in " code { "plots/" } ", the pictures in " code { "images/" } "." } }
+                footer {
+                    p {
+                        "Written by svetlo " (view.results.version) ". The numbers are in " code { "results.json" } " and "
+                        code { "results.csv" } " beside this page, the plots in " code { "plots/" } ", the pictures in "
+                        code { "images/" } "."
+                    }
+                }
             }
         }
     };
@@ -77,13 +82,13 @@ fn section(id: &str, title: &str, content: &Markup) -> Markup {
 fn groups(plots: &[Plots], view: &View<'_>) -> Markup {
     html! {
         p.hint {
-            "Bands and whiskers are 95 % intervals of errors and quartiles of times. Where a pointer rests on a marker, its "
-            "numbers are shown. Each plot is also in " code { "plots/" } " as SVG and PNG."
+            "Bands and whiskers are 95 % intervals of errors and quartiles of times. Where a pointer rests on a "
+            "marker, its numbers are shown. Each plot is also in " code { "plots/" } " as SVG and PNG."
         }
         @for (group, plots) in view.groups.iter().zip(plots) {
             h3 { (user(group.name)) }
             @if !plots.drawings.iter().any(|(name, _)| name.starts_with("error")) {
-                p.hint { "No error of this group is known and above its noise: there is nothing to plot against cost." }
+                p.hint { "No error of this group is above its noise: there is nothing to plot against cost." }
             }
             div.plots {
                 @for (_, drawing) in &plots.drawings {
@@ -92,6 +97,11 @@ fn groups(plots: &[Plots], view: &View<'_>) -> Markup {
             }
         }
     }
+}
+
+/// An entry of a description list.
+fn fact(term: &str, content: &Markup) -> Markup {
+    html! { div { dt { (term) } dd { (content) } } }
 }
 
 /// A text of the user's, kept apart from what is around it whatever direction it is written in.

@@ -2,9 +2,9 @@
 
 use maud::{Markup, html};
 
-use super::{case_link, sentence, user};
+use super::{case_link, fact, sentence, user};
 use crate::{
-    bench::results::{Finding, Severity},
+    bench::results::{Finding, FindingKind, Severity},
     report::{
         advice::{self, Choice},
         numbers,
@@ -25,16 +25,22 @@ pub fn header(view: &View<'_>) -> Markup {
             devices.push(device);
         }
     }
+    let machine = html! {
+        (user(&results.machine.cpu)) ", " (plural(results.machine.cores, "core")) "; "
+        @for (i, device) in devices.iter().enumerate() { @if i > 0 { ", " } (user(device)) }
+    };
+    let measured = format!("{}, {repeats} independent repeats each", plural(results.cases.len(), "case"));
+    let when = format!("{}, took {}", date(&results.started), numbers::seconds(results.seconds));
     html! {
         p.kind { "svetlo bench: what pictures cost, and how wrong they are" }
         h1 { (user(&results.suite.title)) }
         @if !results.suite.about.is_empty() { p.about { (user(&results.suite.about)) } }
         dl.facts {
-            div { dt { "Measured" } dd { (plural(results.cases.len(), "case")) ", " (repeats) " independent repeats each" } }
-            div { dt { "On" } dd { (user(&results.machine.cpu)) ", " (plural(results.machine.cores, "core")) "; "  @for (i, device) in devices.iter().enumerate() { @if i > 0 { ", " } (user(device)) } } }
-            div { dt { "Errors" } dd { (errors(view)) } }
-            @if !results.cases.is_empty() { div { dt { "Self-test" } dd { (selftest(view)) } } }
-            div { dt { "When" } dd { (date(&results.started)) ", took " (numbers::seconds(results.seconds)) } }
+            (fact("Measured", &html! { (measured) }))
+            (fact("On", &machine))
+            @if !results.cases.is_empty() { (fact("Self-test", &html! { (selftest(view)) })) }
+            (fact("Errors", &html! { (errors(view)) }))
+            (fact("When", &html! { (when) }))
         }
         nav {
             @for (id, title) in [("findings", "Found"), ("use", "Use"), ("cases", "Cases"), ("plots", "Plots"),
@@ -102,9 +108,10 @@ pub fn findings(view: &View<'_>) -> Markup {
         (n, 0) => ("failure", format!("{}.", plural(n, "failure"))),
         (n, m) => ("failure", format!("{} and {}.", plural(n, "failure"), plural(m, "warning"))),
     };
+    let told = results.findings.iter().any(|finding| finding.kind == FindingKind::Incomplete);
     html! {
         p class={ "verdict " (class) } { (verdict) }
-        @if !results.complete {
+        @if !results.complete && !told {
             p class="finding warning" {
                 strong { "Incomplete" } " The bench was interrupted. Everything below is of what had been finished; the same "
                 "command goes on from there."
@@ -175,7 +182,10 @@ fn recommendation(view: &View<'_>, group: &str, target: &[&Member<'_>], levels: 
     let choices = advice::choices(view, target, levels);
     html! {
         div.advice {
-            p { strong { (user(group)) } ", of " (target.len()) " cases with the same reference: the cheapest for an error of" }
+            p {
+                strong { (user(group)) } ", of " (target.len())
+                " cases with the same reference: the cheapest for an error of"
+            }
             ul {
                 @for choice in &choices {
                     li {
@@ -185,9 +195,12 @@ fn recommendation(view: &View<'_>, group: &str, target: &[&Member<'_>], levels: 
                                 strong { (label(first)) } ", " (numbers::seconds(arrival.seconds))
                                 @if choice.errors[0] != choice.errors[1] { " for " (percent(choice.errors[1])) }
                                 @if !arrival.measured { " (extrapolated)" }
-                                @if let Some((next, ratio)) = choice.next {
-                                    @if ratio < 1.1 { "; " (label(next)) " is as fast" }
-                                    @else { "; " (label(next)) " takes " (numbers::significant(ratio, 2)) " times as long" }
+                                @if let Some(next) = choice.next {
+                                    @if !next.certain { "; " (label(next.index)) " may be as fast: the quartiles overlap" }
+                                    @else {
+                                        @let ratio = numbers::significant(next.ratio, 2);
+                                        "; " (label(next.index)) " takes " (ratio) " times as long"
+                                    }
                                 }
                                 @else { "; no other gets there" }
                             },

@@ -112,7 +112,7 @@ fn bias(case: &Case) -> Markup {
 }
 
 /// How sure the reference is.
-pub fn reference(case: &Case) -> String {
+fn reference(case: &Case) -> String {
     match case.reference.relative_error {
         Some(error) if error > 0.0 => format!("± {}", percent(error)),
         _ => "exact".into(),
@@ -132,7 +132,9 @@ fn verdict(view: &View<'_>, case: &Case) -> Markup {
 /// Published numbers beside ours.
 pub fn published(view: &View<'_>) -> Markup {
     html! {
-        p.hint { "Other machines, other programs, often other data: see the remarks before comparing. In brackets: quartiles." }
+        p.hint {
+            "Other machines, other programs, often other data: see the remarks before comparing. In brackets: quartiles."
+        }
         div.scroll {
             table {
                 thead { tr {
@@ -175,7 +177,9 @@ fn published_row(view: &View<'_>, entry: &Published) -> Markup {
                     Some(ours) => {
                         td.n {
                             (number(ours.value))
-                            @if let Some([low, high]) = ours.quartiles { " " span.range { "[" (number(low)) ", " (number(high)) "]" } }
+                            @if let Some([low, high]) = ours.quartiles {
+                            " " span.range { "[" (number(low)) ", " (number(high)) "]" }
+                        }
                         }
                         td { (unit) }
                         td.n { (numbers::significant(ours.value / entry.value, 2)) }
@@ -203,7 +207,10 @@ pub fn machine(view: &View<'_>) -> Markup {
         }
     }
     html! {
-        p { (user(&machine.cpu)) ", " (machine.cores) " cores for this program, memory " (memory) ". " (user(&machine.os)) "." }
+        p {
+            (user(&machine.cpu)) ", " (machine.cores) " cores for this program, memory " (memory) ". "
+            (user(&machine.os)) "."
+        }
         div.scroll {
             table {
                 thead { tr {

@@ -28,8 +28,8 @@ fn the_cheapest_is_named_with_its_lead() {
     // 0.8 s · (0.2/0.01)² = 320 s against 0.1 s · (0.8/0.01)² = 640 s.
     assert_eq!(choices.len(), 1);
     assert_eq!((choices[0].errors, choices[0].first), ([0.1, 0.01], Some(1)));
-    let (next, ratio) = choices[0].next.unwrap();
-    assert!(next == 0 && (ratio - 2.0).abs() < 1e-9);
+    let next = choices[0].next.unwrap();
+    assert!(next.index == 0 && (next.ratio - 2.0).abs() < 1e-9 && next.certain);
     let arrival = choices[0].arrival.unwrap();
     assert!((arrival.seconds - 320.0).abs() < 1e-9 && !arrival.measured);
     let page = page_of(&rough_and_fine());
@@ -37,6 +37,22 @@ fn the_cheapest_is_named_with_its_lead() {
     let sentence = "10\u{a0}% to 1\u{a0}%: fine, 5.33\u{a0}min for 1\u{a0}% (extrapolated); rough takes 2.0 times as long";
     assert!(advice.contains(sentence), "{advice}");
     assert!(advice.contains("the smallest error measured: fine, 2.50\u{a0}% after 51.2\u{a0}s"), "{advice}");
+}
+
+#[test]
+fn times_that_overlap_do_not_decide() {
+    let mut results = rough_and_fine();
+    // From 0.9 to 1.2 times the median reaches the quartiles of every case: 640 · 0.9 > 320 · 1.2, but not > 320 · 2.
+    for point in &mut results.cases[1].summary.points {
+        point.seconds.high = 2.0 * point.seconds.median;
+    }
+    assert_eq!(choices(&results)[0].next.map(|next| next.certain), Some(false));
+    let page = page_of(&results);
+    assert!(
+        page.section("use").contains("rough may be as fast: the quartiles overlap"),
+        "{}",
+        page.section("use")
+    );
 }
 
 #[test]

@@ -1,0 +1,124 @@
+//! What a validated suite is made of.
+
+use super::results::{Measure, SuiteInfo};
+use crate::scene::Scene;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// A suite that can be run.
+#[derive(Clone, Debug)]
+pub struct Suite {
+    /// Title and origin.
+    pub info: SuiteInfo,
+    /// Device selectors; empty for the default device.
+    pub devices: Vec<String>,
+    /// Seed of the first repeat.
+    pub seed: u64,
+    /// The cases, at least one.
+    pub cases: Vec<CaseSpec>,
+    /// Relative errors whose times are reported, descending.
+    pub errors: Vec<f64>,
+    /// Growth of a time that counts against a baseline, a fraction.
+    pub slower: f64,
+    /// What others published.
+    pub published: Vec<PublishedSpec>,
+}
+
+/// A case that can be run.
+#[derive(Clone, Debug)]
+pub struct CaseSpec {
+    /// Unique in the suite.
+    pub name: String,
+    /// The plot it belongs to.
+    pub group: String,
+    /// The scene file as the suite names it.
+    pub scene_name: String,
+    /// The scene file.
+    pub scene_path: PathBuf,
+    /// Overrides, in order.
+    pub overrides: Vec<String>,
+    /// The scene with them.
+    pub scene: Scene,
+    /// Independent runs, ≥ 1.
+    pub repeats: u32,
+    /// Samples before the measurement.
+    pub warmup: u32,
+    /// Where errors are measured.
+    pub checkpoints: Checkpoints,
+    /// What errors are measured against.
+    pub reference: ReferenceSpec,
+    /// Limits.
+    pub gates: Gates,
+}
+
+/// Where errors are measured; ascending, at least one.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Checkpoints {
+    /// Samples per pixel.
+    Samples(Vec<u32>),
+    /// Times since the first sample.
+    Times(Vec<Duration>),
+}
+
+/// What errors are measured against.
+#[derive(Clone, Debug)]
+pub enum ReferenceSpec {
+    /// The same radiance everywhere.
+    Constant([f64; 3]),
+    /// A picture.
+    File {
+        /// As the suite names it.
+        name: String,
+        /// Where it is.
+        path: PathBuf,
+    },
+    /// To be rendered.
+    Computed(Box<ComputedReference>),
+}
+
+/// A reference to be rendered.
+#[derive(Clone, Debug)]
+pub struct ComputedReference {
+    /// The scene with the seeds of its independent streams.
+    pub scenes: Vec<Scene>,
+    /// Overrides beyond those of the case.
+    pub overrides: Vec<String>,
+    /// Estimated relative error to reach.
+    pub error: f64,
+    /// When to end even so.
+    pub time: Option<Duration>,
+}
+
+/// Limits of a case at its last checkpoint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gates {
+    /// Of the RMSE over the mean of the reference.
+    pub max_relative_rmse: Option<f64>,
+    /// Of |bias| in standard errors.
+    pub max_bias_z: Option<f64>,
+    /// Of |bias| over the mean of the reference.
+    pub max_relative_bias: Option<f64>,
+    /// Of the slope's interval's low end.
+    pub max_slope: Option<f64>,
+    /// Least PSNR in dB.
+    pub min_psnr: Option<f64>,
+}
+
+/// A number that others published.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PublishedSpec {
+    /// Where.
+    pub source: String,
+    /// On what.
+    pub label: String,
+    /// Name of the case.
+    pub case: String,
+    /// What it is of the case.
+    pub measure: Measure,
+    /// The number.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// What to know.
+    pub note: String,
+}
