@@ -4,6 +4,9 @@ use super::measure::root;
 use super::results::{Case, Interval, Metrics, Point, Repeat, Spread, Summary, TimeToError};
 use super::statistics::{ErrorBlocks, Variance, slope, spread};
 
+/// An exponent of error against time above this is no longer near the −1/2 of noise.
+const FLAT: f64 = -0.25;
+
 /// A finished repeat with the squared errors of its checkpoints in blocks.
 pub struct Measured<'a> {
     /// The repeat.
@@ -150,9 +153,15 @@ fn time_to_error(known: &[(f64, f64)], wanted: f64, deterministic: bool) -> Opti
             let part = (e0 / wanted).ln() / (e0 / e1).ln();
             Some(found(t0 * (t1 / t0).powf(part), true))
         }
-        None if deterministic => None,
+        None if deterministic || is_flat(known) => None,
         None => Some(found(last_seconds * (last_error / wanted).powi(2), false)),
     }
+}
+
+/// Whether the error no longer falls with time: what is left is no noise, and the law of noise does not hold.
+fn is_flat(known: &[(f64, f64)]) -> bool {
+    let [.., (t0, e0), (t1, e1)] = known else { return false };
+    (e1 / e0).ln() > FLAT * (t1 / t0).ln()
 }
 
 /// A spread in another unit.
@@ -175,6 +184,8 @@ mod tests {
         let beyond = found(0.01, false).unwrap();
         assert!((beyond.seconds - 1600.0).abs() < 1e-9 && !beyond.measured);
         assert_eq!(found(0.01, true), None);
+        // A model's error does not fall: 0.4, 0.2, 0.19.
+        assert_eq!(time_to_error(&[(1.0, 0.4), (4.0, 0.2), (16.0, 0.19)], 0.01, false), None);
         assert_eq!(time_to_error(&[], 0.1, false), None);
     }
 

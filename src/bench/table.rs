@@ -107,6 +107,8 @@ fn spread(spread: Spread) -> String {
 fn interval(interval: Interval, factor: f64) -> String {
     let value = interval.value * factor;
     match interval.low.zip(interval.high) {
+        // Nothing is random: the interval is rounding.
+        Some((low, high)) if high - low < 1e-3 * interval.value.abs() => short(value),
         Some((low, high)) => format!("{} ± {}", short(value), short((high - low) / 2.0 * factor)),
         None => short(value),
     }
