@@ -3,8 +3,10 @@
 
 mod common;
 
-use common::scattering::{Measured, Twin, all_finite, compare_blocks, family, of_film, over_pixels};
-use common::{Case, noisy, stretches, volume_f32};
+use common::scattering::{
+    Measured, Twin, all_finite, compare_blocks, family, of_film, over_pixels, write_map,
+};
+use common::{Case, EPS, noisy, stretches, volume_f32};
 use std::f64::consts::PI;
 use svetlo::film::FilmPixel;
 use svetlo::reference::camera::Ray;
@@ -238,5 +240,43 @@ fn lights_in_the_medium_and_in_its_faces_agree_with_the_twin() {
         );
         let case = Case::new(&text, noisy([8; 3], 4));
         compare_blocks(&light.replace('\n', ", "), &case.film_of(64), &Twin::new(&case).image(32), SIDE, 2);
+    }
+}
+
+/// Tiles whose rays pass the medium by are not followed before a constant background. Before a map of that one colour
+/// they are, with the same random numbers: nothing may be missing, from any side, with a lens, beside the eye.
+#[test]
+fn tiles_that_pass_the_medium_by_miss_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = write_map(folder.path(), 2, 1, |_, _| [0.5; 3]);
+    let ball = || {
+        let inside =
+            |i: usize| [i % 40, i / 40 % 40, i / 1600].map(|x| (x as f64 - 20.0).powi(2)).iter().sum::<f64>();
+        volume_f32([40; 3], (0..64_000).map(|i| if inside(i) < 100.0 { 1.0 } else { 0.0 }))
+    };
+    let cameras = [
+        "position = [90, 70, -60]\ntarget = [24, 12, 20]\nup = [0.3, 1, 0.2]\nfov = 40\naperture = 6\nfocus = 60",
+        "position = [33, 22, 19]\ntarget = [20, 35, 24]\nfov = 120",
+        "kind = \"orthographic\"\nposition = [60, 70, -60]\ntarget = [20, 14, 20]\nup = [0, 0, 1]\nheight = 60",
+    ];
+    for camera in cameras {
+        let film = |background: &str| {
+            let text = format!(
+                "[image]\nwidth = 92\nheight = 60\n[camera]\n{camera}\n[volume]\nwindow = {{ lo = 0, hi = 1 }}\n\
+                 [medium]\nsigma_max = 0.3\nalbedo = 0.8\n[transfer]\npoints = [{{ value = 0, opacity = 0, color = 1 }}, \
+                 {{ value = 1, opacity = 1, color = 1 }}]\n[background]\n{background}\n\
+                 [method]\nkind = \"multiple-scattering\"\n"
+            );
+            Case::new(&text, ball()).film_of(2)
+        };
+        let (constant, map) = (film("color = 0.5"), film(&format!("environment = '{}'", map.display())));
+        let untouched = constant.iter().filter(|pixel| pixel.mean()[3] == 0.0).count();
+        assert!((1000..constant.len() - 100).contains(&untouched), "{untouched} pixels without medium");
+        for (a, b) in constant.iter().zip(&map) {
+            for (a, b) in a.mean().into_iter().zip(b.mean()) {
+                // Sums of 8 paths, each rounded a few times.
+                assert!((a - b).abs() < 64.0 * EPS, "{a} and {b} with {camera}");
+            }
+        }
     }
 }

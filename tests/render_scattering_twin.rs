@@ -31,12 +31,13 @@ const TWO_D: &str = "[transfer]\nkind = \"2d\"\nresolution = [9, 7]\ngradient_ma
 const ONE_D: &str = "[transfer]\nresolution = 6\npoints = [{ value = 0.2, opacity = 0, color = [1, 0.3, 0.1] },\n\
                      { value = 0.6, opacity = 0.9, color = [0.9, 0.9, 0.5] }, { value = 0.8, opacity = 0.2, color = [0.1, 0.8, 1] }]\n";
 
-/// The kernels' pictures of a scene are the twin's, in 16 blocks of 3 channels; `variants` replace a word of the scene and
+/// The kernels' pictures of a scene are the twin's, in 9 blocks of 3 channels, each of 5120 of the twin's paths:
+/// fewer would leave rare, bright ones out of its error. `variants` replace a word of the scene and
 /// must not change what it looks like.
 #[track_caller]
 fn same(what: &str, text: &str, volume: fn() -> Volume, word: &str, variants: &[&str]) {
     let case = Case::new(text, volume());
-    let twin = Twin::new(&case).image(40);
+    let twin = Twin::new(&case).image(80);
     for variant in variants {
         assert!(text.contains(word), "{word:?} is in the scene");
         let case = Case::new(&text.replace(word, variant), volume());
@@ -45,7 +46,7 @@ fn same(what: &str, text: &str, volume: fn() -> Volume, word: &str, variants: &[
             &case.film_of(128),
             &twin,
             SIDE,
-            4,
+            3,
         );
     }
 }
@@ -67,7 +68,7 @@ fn two_dimensional_transfer_functions_under_all_lights() {
             view(OUTSIDE),
             map.display()
         );
-        same(order, &text, || smooth(DIMS, 3), "\"auto\"", &["\"importance\"", "\"escape\"", "\"auto\""]);
+        same(order, &text, || smooth(DIMS, 3), "\"auto\"", &["\"importance\"", "\"escape\""]);
     }
 }
 

@@ -3,9 +3,9 @@
 #include "common/rng.cl"
 #include "common/sobol.cl"
 
-// Philox4x32-10 of counters in place (see rng.cl).
+// Philox4x32-7 of counters in place (see rng.cl).
 INLINE void philox_lanes(Words words[4], uint2 key) {
-    for (int round = 0; round < 10; ++round) {
+    for (int round = 0; round < PHILOX_ROUNDS; ++round) {
         Words high_0 = mul_hi((Words)(0xD2511F53u), words[0]);
         Words low_0 = 0xD2511F53u * words[0];
         Words high_1 = mul_hi((Words)(0xCD9E8D57u), words[2]);
@@ -18,9 +18,9 @@ INLINE void philox_lanes(Words words[4], uint2 key) {
     }
 }
 
-// Philox2x32-10 of counters in place: two words for half the work.
+// Philox2x32-7 of counters in place: two words for half the work.
 INLINE void philox2_lanes(Words words[2], Words key) {
-    for (int round = 0; round < 10; ++round) {
+    for (int round = 0; round < PHILOX_ROUNDS; ++round) {
         Words high = mul_hi((Words)(0xD256D193u), words[0]);
         Words low = 0xD256D193u * words[0];
         words[0] = high ^ key ^ words[1];

@@ -22,7 +22,7 @@
 #endif
 
 // How many lanes must wait for a step, unless no lane can do anything else.
-#define WAIT_TENTATIVE ((WIDTH * 3) / 4)
+#define WAIT_TENTATIVE (WIDTH / 2)
 #define WAIT_ARRIVED (WIDTH / 2)
 
 // The pixel `in_tile` of a tile, or -1 beyond the image.
@@ -63,12 +63,109 @@ INLINE Ints assign_paths(struct PathLanes *path, const int pixels[PIXELS], uint 
     return got.all;
 }
 
+// What a sample brings to the pixels of a work-item.
+struct Sample {
+    float4 sums[PIXELS]; // radiance and opacity, over the sample's paths
+#ifdef AUXILIARY
+    struct Auxiliary notes[PIXELS];
+#endif
+};
+
+INLINE void clear_sample(struct Sample *sums) {
+    for (int i = 0; i < PIXELS; ++i) {
+        sums->sums[i] = (float4)(0.0f);
+#ifdef AUXILIARY
+        sums->notes[i] = no_notes();
+#endif
+    }
+}
+
+// Follows the paths of a sample to their ends. Returns whether some are unfinished: some compilers end loops after a
+// number of turns.
+INLINE bool follow_paths(struct Sample *sums, struct Tally *tally, const struct MediumTables *m,
+    const struct Surroundings *s, __constant struct Camera *camera, const int pixels[PIXELS], uint sample) {
+    struct FlightLanes flight = resting_flights();
+    struct RayLanes ray = ray_lanes(points((Reals)(0.0f), (Reals)(0.0f), (Reals)(0.0f)),
+        points((Reals)(1.0f), (Reals)(1.0f), (Reals)(1.0f)));
+    struct PathLanes path = idle_paths();
+    uint paths = m->method->paths;
+    uint next = 0;
+    for (;;) {
+#ifndef CLOSED_FORM
+        travel(&flight, &ray, m);
+#endif
+        int states = sum_ints(flight.state);
+        int arrived = STATE_COUNT(states, ARRIVED);
+#ifndef CLOSED_FORM
+        int tentative = STATE_COUNT(states, TENTATIVE);
+        int travelling = WIDTH - arrived - tentative - STATE_COUNT(states, RESTING);
+        if (tentative > 0 && (tentative >= WAIT_TENTATIVE || travelling == 0)) {
+            look_up(&path, &flight, &ray, m, tally);
+            continue;
+        }
+        if (travelling + tentative > 0 && arrived < max(WAIT_ARRIVED, 1)) {
+            continue;
+        }
+#endif
+        if (arrived > 0) {
+            Ints ended = take_turns(&path, &flight, &ray, m, s, tally, sample);
+            if (ANY(ended)) {
+                add_up(sums->sums, &path, ended);
+            }
+        }
+        Ints idle = flight.state == RESTING;
+        if (ANY(idle) && next < paths * PIXELS) {
+            Ints begun = assign_paths(&path, pixels, paths, &next, idle);
+            begin_paths(&path, &flight, &ray, m, camera, sample, begun);
+        }
+        if (!ANY(flight.state != RESTING)) {
+            break;
+        }
+    }
+    return ANY(flight.state != RESTING);
+}
+
+// What `follow_paths` would find where no camera ray meets more than a constant background.
+INLINE void pass_by(struct Sample *sums, struct Tally *tally, const struct MediumTables *m, int pixels) {
+    float paths = (float)m->method->paths;
+    for (int i = 0; i < PIXELS; ++i) {
+        sums->sums[i] = paths * (float4)(m->frame->background.xyz, 0.0f);
+#ifdef AUXILIARY
+        sums->notes[i].transmittance = paths;
+#endif
+    }
+    RealLanes escaped = real_lanes(tally->escaped);
+    escaped.lane[0] = paths * (float)pixels;
+    tally->escaped = escaped.all;
+}
+
+// Adds a sample to the film: `share` times the sums.
+INLINE void add_sample(__global struct FilmPixel *film, __global struct Auxiliary *auxiliary, const int pixels[PIXELS],
+    const struct Sample *sums, float share) {
+    for (int i = 0; i < PIXELS; ++i) {
+        if (pixels[i] < 0) {
+            continue;
+        }
+        struct FilmPixel pixel = film[pixels[i]];
+#ifdef AUXILIARY
+        uint count = pixel.count;
+#endif
+        film_add(&pixel, share * sums->sums[i], -1.0f, 0u);
+#ifdef AUXILIARY
+        if (pixel.count > count) {
+            add_notes(auxiliary + pixels[i], sums->notes + i, share, pixel.count);
+        }
+#endif
+        film[pixels[i]] = pixel;
+    }
+}
+
 __kernel void render_scattering(__constant struct Frame *frame, __constant struct Camera *camera,
     __constant struct Volume *volume, __constant struct Scattering *method, __global const VOXEL *voxels,
     __global const BrickBound *bounds, __global const float *sigmas, __global const float4 *colors,
     __global const float4 *emissions, __global const struct Light *lights, __global const float *environment_sums,
-    __global const float4 *environment, __global struct FilmPixel *film, __global struct Ledger *ledgers,
-    __global struct Auxiliary *auxiliary, uint first_tile, uint tile_count, uint first_sample, uint sample_count) {
+    __global const uchar *tile_sees, __global const float4 *environment, __global struct FilmPixel *film,
+    __global struct Ledger *ledgers, __global struct Auxiliary *auxiliary, uint first_tile, uint tile_count, uint first_sample, uint sample_count) {
     size_t item = get_global_id(0);
     size_t local_tile = PIXELS == 1 ? item >> (2 * TILE_SHIFT) : item;
     if (local_tile >= tile_count) {
@@ -90,10 +187,6 @@ __kernel void render_scattering(__constant struct Frame *frame, __constant struc
     s.environment = environment;
 
     int pixels[PIXELS];
-    float4 sums[PIXELS]; // radiance and opacity
-#ifdef AUXILIARY
-    struct Auxiliary notes[PIXELS];
-#endif
     int inside = 0;
     for (int i = 0; i < PIXELS; ++i) {
         pixels[i] = tile_pixel(camera->width, camera->height, tile, PIXELS == 1 ? (uint)item & 63u : (uint)i);
@@ -103,73 +196,21 @@ __kernel void render_scattering(__constant struct Frame *frame, __constant struc
         return;
     }
     size_t account = PIXELS == 1 ? ((size_t)tile << (2 * TILE_SHIFT)) + (item & 63u) : tile;
-
+    bool sees = tile_sees[tile];
+    struct Sample sums;
     for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
-        for (int i = 0; i < PIXELS; ++i) {
-            sums[i] = (float4)(0.0f);
-#ifdef AUXILIARY
-            notes[i] = no_notes();
-#endif
-        }
-        struct FlightLanes flight = resting_flights();
-        struct RayLanes ray = ray_lanes(points((Reals)(0.0f), (Reals)(0.0f), (Reals)(0.0f)),
-            points((Reals)(1.0f), (Reals)(1.0f), (Reals)(1.0f)));
-        struct PathLanes path = idle_paths();
         struct Tally tally = empty_tally();
 #ifdef AUXILIARY
-        tally.notes = notes;
+        tally.notes = sums.notes;
 #endif
-        uint next = 0;
-        for (;;) {
-#ifndef CLOSED_FORM
-            travel(&flight, &ray, &m);
-#endif
-            int states = sum_ints(flight.state);
-            int arrived = STATE_COUNT(states, ARRIVED);
-#ifndef CLOSED_FORM
-            int tentative = STATE_COUNT(states, TENTATIVE);
-            int travelling = WIDTH - arrived - tentative - STATE_COUNT(states, RESTING);
-            if (tentative > 0 && (tentative >= WAIT_TENTATIVE || travelling == 0)) {
-                look_up(&path, &flight, &ray, &m, &tally);
-                continue;
-            }
-            if (travelling + tentative > 0 && arrived < max(WAIT_ARRIVED, 1)) {
-                continue;
-            }
-#endif
-            if (arrived > 0) {
-                Ints ended = take_turns(&path, &flight, &ray, &m, &s, &tally, sample);
-                if (ANY(ended)) {
-                    add_up(sums, &path, ended);
-                }
-            }
-            Ints idle = flight.state == RESTING;
-            if (ANY(idle) && next < method->paths * PIXELS) {
-                Ints begun = assign_paths(&path, pixels, method->paths, &next, idle);
-                begin_paths(&path, &flight, &ray, &m, camera, sample, begun);
-            }
-            if (!ANY(flight.state != RESTING)) {
-                break;
-            }
+        bool unfinished = false;
+        clear_sample(&sums);
+        if (sees) {
+            unfinished = follow_paths(&sums, &tally, &m, &s, camera, pixels, sample);
+        } else {
+            pass_by(&sums, &tally, &m, inside);
         }
-        // Some compilers end loops after a number of turns.
-        bool unfinished = ANY(flight.state != RESTING);
         settle_accounts(ledgers + account, &tally, method->paths * (uint)inside, unfinished);
-        float share = unfinished ? NAN : 1.0f / (float)method->paths;
-        for (int i = 0; i < PIXELS; ++i) {
-            if (pixels[i] >= 0) {
-                struct FilmPixel pixel = film[pixels[i]];
-#ifdef AUXILIARY
-                uint count = pixel.count;
-#endif
-                film_add(&pixel, share * sums[i], -1.0f, 0u);
-#ifdef AUXILIARY
-                if (pixel.count > count) {
-                    add_notes(auxiliary + pixels[i], notes + i, share, pixel.count);
-                }
-#endif
-                film[pixels[i]] = pixel;
-            }
-        }
+        add_sample(film, auxiliary, pixels, &sums, unfinished ? NAN : 1.0f / (float)method->paths);
     }
 }

@@ -15,12 +15,14 @@ pub struct ProgramSpec {
     pub entry: &'static str,
     /// `-D NAME=VALUE` pairs, in a fixed order.
     pub defines: Vec<(&'static str, String)>,
+    /// Text to replace in the source, as (old, new): how tests make a kernel wrong. No scene leads to any.
+    patches: Vec<(&'static str, &'static str)>,
 }
 
 impl ProgramSpec {
     /// A program of `entry` without definitions.
     pub fn new(entry: &'static str) -> Self {
-        Self { entry, defines: Vec::new() }
+        Self { entry, defines: Vec::new(), patches: Vec::new() }
     }
 
     /// Adds `-D name=value`.
@@ -32,6 +34,22 @@ impl ProgramSpec {
     /// Adds `-D name=1` when `enabled`: a feature that is compiled in only when the scene needs it.
     pub fn feature(self, name: &'static str, enabled: bool) -> Self {
         if enabled { self.define(name, 1) } else { self }
+    }
+
+    /// Replaces text of the source, which must be there.
+    pub fn patch(mut self, old: &'static str, new: &'static str) -> Self {
+        self.patches.push((old, new));
+        self
+    }
+
+    /// The source text, with everything that it includes.
+    fn source(&self) -> Result<String> {
+        self.patches.iter().try_fold(source::resolve(self.entry)?, |text, (old, new)| {
+            if text.contains(old) {
+                return Ok(text.replace(old, new));
+            }
+            Err(Error::Failed(format!("cl/{}: there is no `{old}` to be replaced", self.entry)))
+        })
     }
 
     /// The compiler options.
@@ -62,7 +80,7 @@ impl Program {
     /// # Errors
     /// [`Error::Failed`] with the device's name, the options and the build log.
     pub fn build(device: &Device, spec: &ProgramSpec) -> Result<Self> {
-        Self::build_source(device, &source::resolve(spec.entry)?, &spec.options())
+        Self::build_source(device, &spec.source()?, &spec.options())
     }
 
     /// Builds a given source text; [`Program::build`] for everything under `cl/`.
@@ -88,7 +106,7 @@ impl Program {
     /// # Errors
     /// As [`Program::build`].
     pub fn build_probe(device: &Device, spec: &ProgramSpec, kernels: &str) -> Result<Self> {
-        let source = source::resolve(spec.entry)? + "#line 1 \"probe\"\n" + kernels;
+        let source = spec.source()? + "#line 1 \"probe\"\n" + kernels;
         Self::build_source(device, &source, &spec.options())
     }
 

@@ -9,6 +9,7 @@
 use super::bricks::{rounded_down, rounded_up};
 use super::extrema::TableExtrema;
 use super::grid::{BrickRanges, Grid, PAD};
+use super::local::LocalFrame;
 use super::medium::MediumTable;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -115,6 +116,28 @@ impl Majorants {
             statistics: statistics(grid, bricks, table, &bounds),
             bounds,
         }
+    }
+
+    /// Low and high corners, in local units, of boxes that hold all bricks with extinction: short runs along x, at most
+    /// 32 in a row, since long ones would seem to cover much of a tilted view.
+    pub(super) fn boxes(&self, bricks: &BrickRanges, local: &LocalFrame) -> Vec<[DVec3; 2]> {
+        let corner = |planes: [usize; 3]| {
+            let grid = DVec3::from_array(planes.map(|b| (b << bricks.shift) as f64)) - (PAD as f64 - 0.5);
+            (grid * local.spacing).clamp(DVec3::ZERO, local.size())
+        };
+        let [nx, ny, _] = bricks.counts;
+        let run = nx.div_ceil(32);
+        let boxes_of_row = |(row, bounds): (usize, &[[f32; 2]])| -> Vec<[DVec3; 2]> {
+            let (y, z) = (row % ny, row / ny);
+            let box_of_run = |(k, bounds): (usize, &[[f32; 2]])| {
+                let first = bounds.iter().position(|bound| bound[0] > 0.0)?;
+                let last = bounds.iter().rposition(|bound| bound[0] > 0.0)?;
+                let [low, high] = [first, last + 1].map(|x| k * run + x);
+                Some([corner([low, y, z]), corner([high, y + 1, z + 1])])
+            };
+            bounds.chunks(run).enumerate().filter_map(box_of_run).collect()
+        };
+        self.bounds.par_chunks(nx).enumerate().flat_map_iter(boxes_of_row).collect()
     }
 
     /// The bounds times factors, which must be at least 0 and where they bound something, at least 1 and at most 1.

@@ -26,6 +26,7 @@ mod progressive;
 mod resume;
 pub mod scattering;
 mod session;
+mod silhouette;
 mod state;
 pub mod variants;
 

@@ -22,6 +22,9 @@ pub fn launches(bench: &Workbench) -> Result<Vec<Measurement>> {
         let case = Case::new(&text, volume([12; 3], noise(1728, 7))?)?;
         let render = |info: &DeviceInfo, limit: Option<u64>| -> Result<Rendered> {
             let mut session = bench.session_on(info, &case)?;
+            // The first launch may be slow, which makes the next ones small.
+            session.render(1)?;
+            session.reset()?;
             if let Some(units) = limit {
                 session.limit_launches(units);
             }

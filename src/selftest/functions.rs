@@ -44,10 +44,10 @@ pub fn random(bench: &Workbench) -> Result<Vec<Measurement>> {
     let two_wrong =
         two.iter().zip(&KNOWN_ANSWERS_2X32).filter(|(found, (.., right))| found[..2] != right[..]);
     Ok(vec![
-        wrong_blocks("Philox4x32-10: blocks that are wrong", &scalar),
+        wrong_blocks("Philox4x32-7: blocks that are wrong", &scalar),
         wrong_blocks(&format!("the same on {width} lanes"), &four),
         Measurement::exact(
-            format!("Philox2x32-10 on {width} lanes: wrong, of 3 published"),
+            format!("Philox2x32-7 on {width} lanes: wrong, of 3 published"),
             two_wrong.count() as f64,
             0.0,
         ),

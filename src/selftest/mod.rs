@@ -17,8 +17,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 use workbench::{Measurement, Workbench};
 
-/// A check that takes longer hangs: the slowest takes a second on two cores, and minutes of compiling are possible.
-const PATIENCE: Duration = Duration::from_secs(300);
+/// A check that takes longer hangs: the slowest takes a second on two cores, compiling aside.
+const PATIENCE: Duration = Duration::from_secs(180);
 
 /// How a comparison ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -132,27 +132,28 @@ pub fn passed(verdicts: &[Verdict]) -> bool {
 /// # Errors
 /// [`Error::Failed`] when the device cannot be opened.
 pub fn run(device: &DeviceInfo, each: &mut dyn FnMut(&Verdict)) -> Result<Vec<Verdict>> {
-    run_altered(device, CHECKS, |spec| spec, each)
+    run_altered(device, &CHECKS.iter().collect::<Vec<_>>(), |spec| spec, each)
 }
 
-/// Runs some checks with programs that `alter` has changed, which shows what a check is able to find.
+/// Runs some checks with programs that `alter` has changed, which shows what they find.
 ///
 /// # Errors
 /// As [`run`].
 pub fn run_altered(
     device: &DeviceInfo,
-    checks: &'static [Check],
+    checks: &[&'static Check],
     alter: fn(ProgramSpec) -> ProgramSpec,
     each: &mut dyn FnMut(&Verdict),
 ) -> Result<Vec<Verdict>> {
     Device::open(device)?;
     let bench = Workbench { info: device.clone(), alter };
     let (sender, receiver) = channel();
+    let list = checks.to_vec();
     // A thread of its own: a kernel that never ends can only be left behind.
     std::thread::Builder::new()
         .name("selftest".into())
         .spawn(move || {
-            for check in checks {
+            for check in list {
                 // Nobody listens any more when an earlier check took too long.
                 if sender.send((check.run)(&bench)).is_err() {
                     return;
@@ -160,12 +161,13 @@ pub fn run_altered(
             }
         })
         .map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
-    Ok(collect(checks, &receiver, each))
+    Ok(collect(checks, &receiver, PATIENCE, each))
 }
 
 fn collect(
-    checks: &[Check],
+    checks: &[&Check],
     results: &Receiver<Result<Vec<Measurement>>>,
+    patience: Duration,
     each: &mut dyn FnMut(&Verdict),
 ) -> Vec<Verdict> {
     let mut verdicts = Vec::new();
@@ -174,11 +176,11 @@ fn collect(
         let start = Instant::now();
         let result = match &gone {
             Some(first) => Err(Error::Failed(format!("not run, because {first} did not come back"))),
-            None => results.recv_timeout(PATIENCE).unwrap_or_else(|error| {
+            None => results.recv_timeout(patience).unwrap_or_else(|error| {
                 gone = Some(check.name);
                 Err(Error::Failed(match error {
                     RecvTimeoutError::Timeout => {
-                        format!("no answer in {} s: the device hangs", PATIENCE.as_secs())
+                        format!("no answer in {} s: the device hangs", patience.as_secs())
                     }
                     RecvTimeoutError::Disconnected => "it ended without an answer".into(),
                 }))
@@ -210,19 +212,74 @@ fn judge(check: &Check, result: Result<Vec<Measurement>>, seconds: f64) -> Vec<V
             let judged = measurements.into_iter().map(|mut m| {
                 let measured = Some(m.measured).filter(|value| value.is_finite());
                 let within = measured.is_some_and(|value| (value - m.expected).abs() <= m.tolerance);
-                let limit = m.limit.take();
-                let status = match (within, &limit) {
-                    (true, _) => Status::Passed,
-                    (false, Some(_)) => Status::Limited,
-                    (false, None) => Status::Failed,
+                let (status, problem) = match m.limit.take() {
+                    _ if within => (Status::Passed, None),
+                    Some(limit) => (Status::Limited, Some(limit)),
+                    None if measured.is_none() => (Status::Failed, Some("no finite number came out".into())),
+                    None => (Status::Failed, None),
                 };
-                verdict(m, measured, status, limit.filter(|_| !within), share)
+                verdict(m, measured, status, problem, share)
             });
             judged.collect()
         }
         Err(error) => {
-            let nothing = Measurement::exact("it ran", f64::NAN, 1.0);
+            let nothing = Measurement::exact("checks that ran", 0.0, 1.0);
             vec![verdict(nothing, None, Status::Failed, Some(error.to_string()), seconds)]
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_check_that_does_not_come_back_fails_and_so_does_what_follows() {
+        let (sender, receiver) = channel();
+        sender.send(Ok(vec![Measurement::exact("a", 0.0, 0.0)])).unwrap();
+        let mut seen = 0;
+        let verdicts =
+            collect(&[&CHECKS[0], &CHECKS[1], &CHECKS[2]], &receiver, Duration::from_millis(1), &mut |_| {
+                seen += 1
+            });
+        assert_eq!(
+            verdicts.iter().map(|v| v.status).collect::<Vec<_>>(),
+            [Status::Passed, Status::Failed, Status::Failed]
+        );
+        assert_eq!((seen, passed(&verdicts)), (3, false));
+        assert!(verdicts[1].problem.as_ref().unwrap().contains("the device hangs"), "{verdicts:?}");
+        assert!(verdicts[2].problem.as_ref().unwrap().contains("random did not come back"), "{verdicts:?}");
+    }
+
+    #[test]
+    fn only_finite_numbers_within_the_tolerance_pass() {
+        let limited =
+            |measured| Measurement::within("", measured, 2.0, 0.5, "").limited(Some("known".into()));
+        let plain = |measured| Measurement::within("", measured, 2.0, 0.5, "");
+        let all = vec![
+            plain(2.5),
+            plain(1.4),
+            plain(f64::NAN),
+            plain(f64::INFINITY),
+            limited(2.0),
+            limited(f64::NAN),
+        ];
+        let verdicts = judge(&CHECKS[0], Ok(all), 6.0);
+        assert_eq!(
+            verdicts.iter().map(|v| v.status).collect::<Vec<_>>(),
+            [Status::Passed, Status::Failed, Status::Failed, Status::Failed, Status::Passed, Status::Limited]
+        );
+        assert_eq!(verdicts[4].problem, None);
+        assert_eq!(verdicts[5].problem.as_deref(), Some("known"));
+        assert_eq!(verdicts[0].seconds, 1.0);
+        assert!(passed(&verdicts[4..]) && !passed(&verdicts));
+    }
+
+    #[test]
+    fn verdicts_come_back_from_json() {
+        let broken = judge(&CHECKS[1], Err(Error::Failed("no".into())), 1.0);
+        let text = serde_json::to_string(&broken).unwrap();
+        assert_eq!(serde_json::from_str::<Vec<Verdict>>(&text).unwrap(), broken);
+        assert_eq!(broken[0].status, Status::Failed);
     }
 }

@@ -6,10 +6,12 @@
 mod bad_input;
 mod bad_volumes;
 mod contract;
+mod documents;
 mod examples;
 mod interrupt;
 mod output;
 mod resume;
 mod scattering;
+mod selftest;
 mod support;
 mod surroundings;

@@ -1,0 +1,160 @@
+//! What README and `docs/` say: their commands work as written, and their links lead somewhere.
+//!
+//! The commands of a document run in its order in one folder: lines of `sh` blocks that start with `svetlo ` or `cp `.
+//! A `toml` block that opens with `# NAME.toml` is that file. Pictures are made small, and long measurements short;
+//! nothing else is changed.
+
+use crate::support::{Folder, run};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A step of a document.
+#[derive(Debug, PartialEq)]
+enum Step {
+    File { name: String, text: String },
+    Command(String),
+}
+
+fn steps(document: &str) -> Vec<Step> {
+    let mut steps = Vec::new();
+    let mut lines = document.lines();
+    while let Some(line) = lines.next() {
+        let Some(language) = line.strip_prefix("```") else { continue };
+        let block: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
+        match language {
+            "sh" => steps.extend(block.iter().filter_map(|line| command(line)).map(Step::Command)),
+            "toml" => steps.extend(file(&block)),
+            _ => {}
+        }
+    }
+    steps
+}
+
+fn command(line: &str) -> Option<String> {
+    let known = ["svetlo ", "cp "].iter().any(|start| line.starts_with(start));
+    known.then(|| line.split(" #").next().unwrap_or(line).trim().to_owned())
+}
+
+fn file(block: &[&str]) -> Option<Step> {
+    let name = block.first()?.strip_prefix("# ")?.split([':', ' ']).next()?;
+    name.ends_with(".toml").then(|| Step::File { name: name.into(), text: block.join("\n") + "\n" })
+}
+
+/// The command with small pictures and short measurements.
+fn quick(command: &str) -> String {
+    let without = |option: &str| match command.split_once(option) {
+        Some((before, after)) => format!("{before}{}", after.find(' ').map_or("", |end| &after[end..])),
+        None => command.to_owned(),
+    };
+    let small = "--set image.width=16 --set image.height=16";
+    match command.split(' ').nth(1) {
+        Some("render") => format!("{} {small} --samples 1", without(" --samples ")),
+        Some("ladder") => format!("{} {small} --time 100ms --no-selftest", without(" --time ")),
+        // Those of the project run for minutes: tests/bench runs smaller ones.
+        Some("bench") if command.contains(" configs/") => format!("{command} --list"),
+        Some("bench") => format!("{command} --no-selftest"),
+        Some("selftest") => format!("{command} --only layout"),
+        _ => command.to_owned(),
+    }
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+#[track_caller]
+fn follow(document: &str, least: usize) {
+    let folder = Folder::new();
+    std::os::unix::fs::symlink(root().join("configs"), folder.path("configs")).unwrap();
+    std::fs::create_dir(folder.path("docs")).unwrap();
+    let binary = folder.svetlo(&[""; 0]).get_program().to_string_lossy().into_owned();
+    let steps = steps(&std::fs::read_to_string(root().join(document)).unwrap());
+    assert!(steps.len() >= least, "{steps:?}");
+    for step in steps {
+        match step {
+            Step::File { name, text } => folder.write(&name, text),
+            Step::Command(command) => {
+                let line = format!("svetlo() {{ '{binary}' \"$@\"; }}; {}", quick(&command));
+                let ran = run(Command::new("sh").args(["-c", &line]).current_dir(folder.path("")));
+                assert_eq!(ran.code, Some(0), "{document}: {command}: {}", ran.err);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_commands_of_the_readme_work() {
+    follow("README.md", 9);
+}
+
+#[test]
+fn the_commands_of_the_guide_work() {
+    follow("docs/guide.md", 20);
+}
+
+#[test]
+fn the_commands_of_the_gallery_work() {
+    follow("docs/gallery.md", 8);
+}
+
+#[test]
+fn every_document_is_followed() {
+    let known = ["gallery.md", "guide.md"];
+    let entries = std::fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut names: Vec<String> = entries.map(|name| name.to_string_lossy().into_owned()).collect();
+    names.retain(|name| name.ends_with(".md"));
+    names.sort();
+    assert_eq!(names, known);
+}
+
+/// Targets of the links and pictures of a document that are files.
+fn targets(text: &str) -> Vec<String> {
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    links.filter(|link| !link.starts_with("http")).map(str::to_owned).collect()
+}
+
+/// The anchors of a document's headings.
+fn anchors(text: &str) -> Vec<String> {
+    let heading =
+        |line: &str| line.starts_with('#').then(|| line.trim_start_matches('#').trim().to_lowercase());
+    let anchor = |heading: String| {
+        let kept = heading.chars().filter(|c| c.is_alphanumeric() || [' ', '-', '_'].contains(c));
+        kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+    };
+    text.lines().filter_map(heading).map(anchor).collect()
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let mut count = 0;
+    for document in ["README.md", "CONTRIBUTING.md", "docs/guide.md", "docs/gallery.md"] {
+        let path = root().join(document);
+        let text = std::fs::read_to_string(&path).unwrap();
+        for target in targets(&text) {
+            let (file, anchor) = target.split_once('#').unwrap_or((&target, ""));
+            let there: PathBuf =
+                if file.is_empty() { path.clone() } else { path.parent().unwrap().join(file) };
+            assert!(there.exists(), "{document}: {target}");
+            if !anchor.is_empty() {
+                let anchors = anchors(&std::fs::read_to_string(there).unwrap());
+                assert!(anchors.iter().any(|known| known == anchor), "{document}: {target}: {anchors:?}");
+            }
+            count += 1;
+        }
+    }
+    assert!(count > 30, "{count}");
+}
+
+#[test]
+fn documents_are_read_as_they_are_meant() {
+    let text = "# T\n```sh\nls\nsvetlo devices    # all\ncp a b\n```\n```toml\n# a.toml: a scene\nx = 1\n```\n\
+                ```toml\nx = 1\n```\n```text\nsvetlo no\n```\n";
+    let file = Step::File { name: "a.toml".into(), text: "# a.toml: a scene\nx = 1\n".into() };
+    assert_eq!(steps(text), [Step::Command("svetlo devices".into()), Step::Command("cp a b".into()), file]);
+    assert_eq!(
+        quick("svetlo render a.toml --samples 64 -o b.exr"),
+        "svetlo render a.toml -o b.exr --set image.width=16 --set image.height=16 --samples 1"
+    );
+    assert_eq!(targets("[a](b.md#c) ![](d.png) [e](https://f)"), ["b.md#c", "d.png"]);
+    assert_eq!(anchors("## The image, *here*\ntext"), ["the-image-here"]);
+}
