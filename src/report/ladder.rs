@@ -43,7 +43,7 @@ fn picture(ladder: &Ladder) -> Curves {
     }
 }
 
-/// A line from the first sample to `end`, marked where it comes down to the tolerance.
+/// A line from the first sample, which is marked, to `end`, marked where it comes down to the tolerance.
 fn curve(ladder: &Ladder, series: usize, rung: &Rung, end: f64) -> Curve {
     let arrival = rung.seconds_to_tolerance;
     let note = match arrival {
@@ -58,7 +58,7 @@ fn curve(ladder: &Ladder, series: usize, rung: &Rung, end: f64) -> Curve {
     let mut times: Vec<f64> = (0..=STEPS).map(|k| start * (k as f64 * step).exp()).chain(arrival).collect();
     times.sort_unstable_by(f64::total_cmp);
     let point = |seconds: f64| {
-        let marked = arrival == Some(seconds);
+        let marked = arrival == Some(seconds) || seconds == start;
         let hint = if marked { format!("{}: {note}", rung.method) } else { String::new() };
         point(rung, seconds, !marked, hint)
     };
@@ -129,9 +129,11 @@ mod tests {
         let marks: Vec<Vec<(f64, f64)>> = curves
             .iter()
             .map(|curve| {
+                assert!(!curve.points[0].plain, "a line is known by its first marker");
                 curve
                     .points
                     .iter()
+                    .skip(1)
                     .filter(|point| !point.plain)
                     .map(|point| (point.x, point.y.unwrap()))
                     .collect()

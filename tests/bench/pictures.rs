@@ -46,6 +46,7 @@ fn numbers_are_those_of_the_kept_pictures() {
     }
     assert!(results.published[0].ours[0].value > 0.0);
     csv_parses(&folder, &results.cases);
+    has_report(&folder, &results.cases);
     deterministic(&results.cases[3]);
     unbiased(&results.cases[2]);
     for case in &results.cases[..2] {
@@ -116,4 +117,15 @@ fn unbiased(case: &Case) {
     assert!(case.repeats[0].seed != case.repeats[1].seed);
     let mse: Vec<f64> = case.repeats.iter().map(|repeat| repeat.checkpoints[0].metrics.mse.value).collect();
     assert!(mse[0] != mse[1], "repeats have random numbers of their own");
+}
+
+/// The page holds every case with its picture, its reference's and their difference, and the plots are files too.
+fn has_report(folder: &crate::support::Folder, cases: &[Case]) {
+    let page = std::fs::read_to_string(folder.path("out/report.html")).expect("a report");
+    assert!(cases.iter().all(|case| page.contains(&format!("<bdi>{}</bdi>", case.name))));
+    assert_eq!(page.matches("<img src=\"data:image/png;base64,").count(), 3 * cases.len());
+    for (index, name) in ["glow", "scattering", "exact"].iter().enumerate() {
+        let plot = format!("out/plots/{:02}-{name}-error-time", index + 1);
+        assert!(["svg", "png"].iter().all(|end| folder.path(format!("{plot}.{end}")).is_file()), "{plot}");
+    }
 }

@@ -179,13 +179,15 @@ fn recommendation(view: &View<'_>, group: &str, target: &[&Member<'_>], levels: 
         let label = target.iter().find(|member| member.index == index).map_or("", |member| &member.label);
         case_link(index, label)
     };
+    let warned = |index: usize| {
+        let worst =
+            target.iter().find(|member| member.index == index).and_then(|found| view.worst_of(found.case));
+        worst.is_some_and(|severity| severity <= Severity::Warning)
+    };
     let choices = advice::choices(view, target, levels);
     html! {
         div.advice {
-            p {
-                strong { (user(group)) } ", of " (target.len())
-                " cases with the same reference: the cheapest for an error of"
-            }
+            p { strong { (user(group)) } ": of " (names(target)) ", the cheapest for an error of" }
             ul {
                 @for choice in &choices {
                     li {
@@ -195,6 +197,7 @@ fn recommendation(view: &View<'_>, group: &str, target: &[&Member<'_>], levels: 
                                 strong { (label(first)) } ", " (numbers::seconds(arrival.seconds))
                                 @if choice.errors[0] != choice.errors[1] { " for " (percent(choice.errors[1])) }
                                 @if !arrival.measured { " (extrapolated)" }
+                                @if warned(first) { " (see its warning)" }
                                 @if let Some(next) = choice.next {
                                     @if !next.certain { "; " (label(next.index)) " may be as fast: the quartiles overlap" }
                                     @else {
@@ -212,6 +215,19 @@ fn recommendation(view: &View<'_>, group: &str, target: &[&Member<'_>], levels: 
                     li { "the smallest error measured: " (case_link(member.index, &member.label)) ", "
                         (numbers::share(error)) " after " (numbers::seconds(seconds)) }
                 }
+            }
+        }
+    }
+}
+
+/// The names of cases that there is a choice of, unless they are many.
+fn names(target: &[&Member<'_>]) -> Markup {
+    html! {
+        @if target.len() > 4 { (target.len()) " cases with the same reference" }
+        @else {
+            @for (i, member) in target.iter().enumerate() {
+                @if i > 0 { @if i + 1 == target.len() { " and " } @else { ", " } }
+                (user(&member.label))
             }
         }
     }

@@ -34,6 +34,7 @@ fn the_cheapest_is_named_with_its_lead() {
     assert!((arrival.seconds - 320.0).abs() < 1e-9 && !arrival.measured);
     let page = page_of(&rough_and_fine());
     let advice = page.section("use");
+    assert!(advice.contains("one: of rough and fine, the cheapest for an error of"), "{advice}");
     let sentence = "10\u{a0}% to 1\u{a0}%: fine, 5.33\u{a0}min for 1\u{a0}% (extrapolated); rough takes 2.0 times as long";
     assert!(advice.contains(sentence), "{advice}");
     assert!(advice.contains("the smallest error measured: fine, 2.50\u{a0}% after 51.2\u{a0}s"), "{advice}");
@@ -64,6 +65,7 @@ fn a_biased_case_is_not_followed_beyond_its_measurement() {
     let found: Vec<_> = choices.iter().map(|choice| (choice.errors, choice.first)).collect();
     assert_eq!(found, [([0.1, 0.05], Some(1)), ([0.02, 0.01], Some(0))]);
     assert_eq!(choices[1].next, None);
+    assert!(page_of(&results).section("use").contains("fine, 12.8\u{a0}s for 5\u{a0}% (see its warning)"));
 }
 
 #[test]
