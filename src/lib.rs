@@ -7,6 +7,7 @@ pub mod bench;
 pub mod cli;
 pub mod config;
 pub mod device;
+pub mod diffusion;
 pub mod error;
 pub mod film;
 pub mod metrics;

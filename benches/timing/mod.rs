@@ -44,6 +44,11 @@ impl Wanted {
     pub fn has(&self, name: &str) -> bool {
         name.contains(&self.0)
     }
+
+    /// Whether the command line itself has the text.
+    pub fn names(&self, text: &str) -> bool {
+        self.0.contains(text)
+    }
 }
 
 /// A number of things, exactly, in groups of three digits.

@@ -16,6 +16,8 @@ pub enum Arg<'a> {
     Buffer(&'a core::Mem),
     /// A 32-bit number.
     U32(u32),
+    /// A float.
+    F32(f32),
 }
 
 impl<'a, T: Pod> From<&'a Buffer<T>> for Arg<'a> {
@@ -27,6 +29,12 @@ impl<'a, T: Pod> From<&'a Buffer<T>> for Arg<'a> {
 impl From<u32> for Arg<'_> {
     fn from(value: u32) -> Self {
         Self::U32(value)
+    }
+}
+
+impl From<f32> for Arg<'_> {
+    fn from(value: f32) -> Self {
+        Self::F32(value)
     }
 }
 
@@ -66,7 +74,7 @@ impl Kernel {
 
     /// Launches groups of at most this many work-items from now on.
     pub fn limit_work_group(&mut self, items: usize) {
-        self.work_group = self.work_group.min(items.max(1));
+        self.work_group = largest_power_of_two(self.work_group.min(items.max(1)));
     }
 
     /// Runs `items` work-items (rounded up to whole work-groups: kernels must guard) and waits for them.
@@ -74,6 +82,18 @@ impl Kernel {
     /// # Errors
     /// [`Error::Failed`] when the number of arguments is wrong or the device fails.
     pub fn run(&mut self, device: &Device, arguments: &[Arg<'_>], items: usize) -> Result<Duration> {
+        let start = Instant::now();
+        self.enqueue(device, arguments, [items, 1, 1])?;
+        device.finish().map_err(|error| Error::Failed(format!("kernel '{}': {error}", self.name)))?;
+        Ok(start.elapsed())
+    }
+
+    /// As [`Kernel::run`] over three dimensions (x is the fastest), without waiting: later work on the device comes
+    /// after, and what fails shows there.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the number of arguments is wrong or the device refuses.
+    pub fn enqueue(&mut self, device: &Device, arguments: &[Arg<'_>], items: [usize; 3]) -> Result<()> {
         if arguments.len() != self.arguments as usize {
             return Err(Error::Failed(format!(
                 "kernel '{}' takes {} arguments, {} were given",
@@ -86,33 +106,32 @@ impl Kernel {
             let value = match argument {
                 Arg::Buffer(mem) => ArgVal::mem(mem),
                 Arg::U32(value) => ArgVal::scalar(value),
+                Arg::F32(value) => ArgVal::scalar(value),
             };
             core::set_kernel_arg(&self.kernel, index as u32, value).map_err(|error| {
                 Error::Failed(format!("kernel '{}', argument {index}: {error}", self.name))
             })?;
         }
-        let start = Instant::now();
-        self.enqueue(device, items)?;
-        device.finish().map_err(|error| Error::Failed(format!("kernel '{}': {error}", self.name)))?;
-        Ok(start.elapsed())
+        self.launch(device, items)
     }
 
-    fn enqueue(&self, device: &Device, items: usize) -> Result<()> {
-        let local = self.work_group;
-        let global = items.div_ceil(local) * local;
-        if global == 0 {
+    fn launch(&self, device: &Device, items: [usize; 3]) -> Result<()> {
+        if items.contains(&0) {
             return Ok(());
         }
-        // SAFETY: all arguments are set (their number was checked), the buffers outlive the launch because `run`
-        // waits for it, and every kernel under `cl/` guards its index against the counts it is given.
+        let local = group_shape(self.work_group, items);
+        let global: [usize; 3] = std::array::from_fn(|axis| items[axis].next_multiple_of(local[axis]));
+        let dimensions = if items[1..] == [1, 1] { 1 } else { 3 };
+        // SAFETY: all arguments are set (their number was checked), OpenCL keeps the buffers until the launch is
+        // done, and every kernel under `cl/` guards its index against the counts it is given.
         let status = unsafe {
             ffi::clEnqueueNDRangeKernel(
                 device.queue.as_ptr(),
                 self.kernel.as_ptr(),
-                1,
+                dimensions,
                 std::ptr::null(),
-                &global,
-                &local,
+                global.as_ptr(),
+                local.as_ptr(),
                 0,
                 std::ptr::null(),
                 std::ptr::null_mut(),
@@ -120,11 +139,34 @@ impl Kernel {
         };
         api::check(
             status,
-            &format!("launching kernel '{}' over {global} items in groups of {local}", self.name),
+            &format!("launching kernel '{}' over {global:?} items in groups of {local:?}", self.name),
         )
     }
 }
 
+/// A work-group of `size` items, a power of two: in three dimensions a part of a slice. It is the same for every such
+/// range, because some drivers compile a kernel again for each shape.
+fn group_shape(size: usize, [_, ny, nz]: [usize; 3]) -> [usize; 3] {
+    const ALONG_X: usize = 16;
+    if [ny, nz] == [1, 1] {
+        return [size, 1, 1];
+    }
+    let x = size.min(ALONG_X);
+    [x, size / x, 1]
+}
+
 fn largest_power_of_two(limit: usize) -> usize {
     1 << limit.max(1).ilog2()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::group_shape;
+
+    #[test]
+    fn groups_follow_the_range() {
+        assert_eq!(group_shape(64, [5, 1, 1]), [64, 1, 1]);
+        assert_eq!(group_shape(64, [200, 3, 3]), [16, 4, 1]);
+        assert_eq!(group_shape(8, [1, 3, 7]), [8, 1, 1]);
+    }
 }

@@ -15,6 +15,8 @@ pub struct ProgramSpec {
     pub entry: &'static str,
     /// `-D NAME=VALUE` pairs, in a fixed order.
     pub defines: Vec<(&'static str, String)>,
+    /// Whether a product and a sum may become one operation, which rounds once.
+    contracted: bool,
     /// Text to replace in the source, as (old, new): how tests make a kernel wrong. No scene leads to any.
     patches: Vec<(&'static str, &'static str)>,
 }
@@ -22,7 +24,7 @@ pub struct ProgramSpec {
 impl ProgramSpec {
     /// A program of `entry` without definitions.
     pub fn new(entry: &'static str) -> Self {
-        Self { entry, defines: Vec::new(), patches: Vec::new() }
+        Self { entry, defines: Vec::new(), contracted: true, patches: Vec::new() }
     }
 
     /// Adds `-D name=value`.
@@ -34,6 +36,11 @@ impl ProgramSpec {
     /// Adds `-D name=1` when `enabled`: a feature that is compiled in only when the scene needs it.
     pub fn feature(self, name: &'static str, enabled: bool) -> Self {
         if enabled { self.define(name, 1) } else { self }
+    }
+
+    /// Rounds every operation: for sums that keep what their rounding loses and have products in them.
+    pub fn uncontracted(self) -> Self {
+        Self { contracted: false, ..self }
     }
 
     /// Replaces text of the source, which must be there.
@@ -57,7 +64,10 @@ impl ProgramSpec {
     /// `-cl-mad-enable` is the only licence the compiler gets: every other relaxation would let it
     /// assume finite numbers or reorder sums (the film's two-float sums would be lost).
     pub fn options(&self) -> String {
-        let mut text = String::from("-cl-std=CL1.2 -cl-mad-enable");
+        let mut text = String::from("-cl-std=CL1.2");
+        if self.contracted {
+            text.push_str(" -cl-mad-enable");
+        }
         for (name, value) in &self.defines {
             text.push_str(&format!(" -D {name}={value}"));
         }

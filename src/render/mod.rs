@@ -56,4 +56,5 @@ pub const LAYOUTS: &[StructLayout] = &[
     scattering::Scattering::LAYOUT,
     ledger::Ledger::LAYOUT,
     auxiliary::Auxiliary::LAYOUT,
+    crate::diffusion::DeviceDiffusionGrid::LAYOUT,
 ];
