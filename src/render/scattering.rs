@@ -191,9 +191,9 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     })
 }
 
-/// Mean free paths across the box that float32 coordinates resolve: with more, steps between collisions round to
+/// Mean free paths across the box that float32 coordinates resolve well: with many more, steps between collisions round to
 /// nothing, and a path that nothing absorbs never ends.
-const MOST_FREE_PATHS: f64 = 5e7;
+const MOST_FREE_PATHS: f64 = 1e7;
 
 fn check_extinction(majorants: &Majorants, color: Option<[f64; 3]>, input: &MethodInput<'_>) -> Result<()> {
     let largest = color.map_or(1.0, |color| color.into_iter().fold(0.0, f64::max));
