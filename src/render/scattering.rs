@@ -197,7 +197,8 @@ const MOST_FREE_PATHS: f64 = 1e7;
 
 fn check_extinction(majorants: &Majorants, color: Option<[f64; 3]>, input: &MethodInput<'_>) -> Result<()> {
     let largest = color.map_or(1.0, |color| color.into_iter().fold(0.0, f64::max));
-    let across = f64::from(majorants.largest) * largest * input.local.size().max_element();
+    // Paths leave across the shortest side.
+    let across = f64::from(majorants.largest) * largest * input.local.size().min_element();
     if across <= MOST_FREE_PATHS {
         return Ok(());
     }
