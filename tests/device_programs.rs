@@ -77,7 +77,7 @@ fn the_programs_of_scattering_scenes_stand_in_the_table() {
     ];
     let lights = [
         "",
-        "[[light]]\nkind = \"point\"\nposition = [0, 5, 0]\nintensity = 3\n",
+        "[[light]]\nkind = \"point\"\nposition = [0.5, 0.5, 0.5]\nintensity = 3\n",
         "[[light]]\nkind = \"rectangle\"\ncentre = [0, 5, 0]\nedge_u = [1, 0, 0]\nedge_v = [0, 0, 1]\n\
          radiance = [1, 2, 3]\n[film]\nauxiliary = true\n",
     ];

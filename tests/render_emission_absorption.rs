@@ -349,7 +349,9 @@ fn the_cell_quadrature_is_exact_for_straight_functions() {
 
 #[test]
 fn the_cell_quadrature_follows_the_twin_in_two_dimensions() {
-    for (name, volume) in VOLUMES {
+    // Four Gauss points per cell. In noise the function has kinks in every cell, where they are as good as midpoints;
+    // those of half a voxel are half as many.
+    for ((name, volume), step) in VOLUMES.into_iter().zip([0.25, 0.5]) {
         let text = format!(
             "{}[volume]\nwindow = {{ lo = 0, hi = 1 }}\n[medium]\nsigma_max = 1\n\
              [transfer]\nkind = \"2d\"\nresolution = [16, 16]\ngradient_max = 0.8\n\
@@ -357,7 +359,7 @@ fn the_cell_quadrature_follows_the_twin_in_two_dimensions() {
              {{ shape = \"ellipse\", centre = [0.5, 0.5], size = [0.8, 1.2], color = [1, 0.5, 0], softness = 1 }}]\n",
             view(6)
         );
-        beats_the_midpoint_rule(&format!("2-D {name}"), &text, &|| volume([6; 3], 3), 0.25);
+        beats_the_midpoint_rule(&format!("2-D {name}"), &text, &|| volume([6; 3], 3), step);
     }
 }
 

@@ -163,7 +163,8 @@ fn normals_and_shading_are_those_of_the_twin() {
                     errors.push((found - exact).abs() / bound);
                 }
             }
-            assert!(errors.len() > 200, "{}", errors.len());
+            // A third of the values of the picture, so that the surface is seen at many angles.
+            assert!(errors.len() > 100, "{}", errors.len());
             report(&format!("shading, spacing {spacing}, of its bound"), largest(errors), 1.0);
         }
     }

@@ -49,9 +49,10 @@ fn check(case: &Case, what: &str) -> f64 {
             assert_eq!((pixel.mean(), pixel.hits), ([0.25, 0.5, 0.75, 0.0], 0), "{what}: background");
             continue;
         };
-        // Positions round by (voxels + padding)·2^-24 a few times; between independent voxels the window value
-        // changes by at most 1 per voxel and axis. The maximum is an extremum or an end, and errs by no more.
-        let bound = 4.0 * 3.0 * (voxels + 4.0) * EPS + 8.0 * EPS;
+        // Positions round by (voxels + padding)·2^-24 eight times: the ray's point, its direction (three), the time,
+        // their product and sum, the grid's scale. Between independent voxels the window value changes by at most 1 per
+        // voxel and axis. The maximum is an extremum or an end, and errs by no more.
+        let bound = 8.0 * 3.0 * (voxels + 4.0) * EPS + 8.0 * EPS;
         close(&what, pixel.mean()[0], most.clamp(0.0, 1.0), bound);
         worst = worst.max((pixel.mean()[0] - most.clamp(0.0, 1.0)).abs());
         assert_eq!((pixel.mean()[3], pixel.hits), (1.0, 1), "{what}");

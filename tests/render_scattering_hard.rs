@@ -11,6 +11,7 @@ use std::f64::consts::PI;
 use svetlo::film::FilmPixel;
 use svetlo::reference::camera::Ray;
 use svetlo::reference::half_space::plane_albedo;
+use svetlo::render::{BRICK_SHIFT, Plan};
 use svetlo::volume::Volume;
 
 const SIDE: usize = 32;
@@ -279,4 +280,22 @@ fn tiles_that_pass_the_medium_by_miss_nothing() {
             }
         }
     }
+}
+
+/// Steps between collisions that float32 coordinates do not resolve would keep a path where it is for ever.
+#[test]
+fn extinctions_that_paths_cannot_follow_are_refused() {
+    let plan = |sigma: &str| {
+        let text = format!(
+            "[image]\nwidth = 8\nheight = 8\n[camera]\nposition = [2, 2, -9]\ntarget = [2, 2, 2]\n\
+             [volume]\nwindow = {{ lo = 0, hi = 1 }}\n[medium]\nsigma_max = {sigma}\n\
+             [method]\nkind = \"multiple-scattering\"\n"
+        );
+        let case = Case::new(&text, checkerboard(4));
+        Plan::new(&case.scene, &case.volume, BRICK_SHIFT).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(plan("2e6"), Ok(()));
+    let message = plan("1e30").unwrap_err();
+    assert!(message.contains("4.0e30 mean free paths across the box"), "{message}");
+    assert!(message.contains("lower `medium.sigma_max`"), "{message}");
 }

@@ -13,8 +13,10 @@
 // is linear, so the mean is the same, but a constant background takes no noise at all: a furnace is white in every
 // sample, and paths may end early where little more can change.
 #include "film/accumulate.cl"
+#include "render/begin.cl"
 #include "render/events.cl"
 #include "render/frame.cl"
+#include "render/ledger.cl"
 
 // Pixels of a work-item.
 #ifndef PIXELS

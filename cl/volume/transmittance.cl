@@ -9,7 +9,7 @@
 // Neither of the first two stays between 0 and 1, and nothing here clamps.
 #include "common/numeric.cl"
 #include "common/stream.cl"
-#include "volume/flight.cl"
+#include "volume/tracking.cl"
 
 #if defined(TRANSMITTANCE_RESIDUAL) || defined(TRANSMITTANCE_MARCHING)
 #define ESTIMATED

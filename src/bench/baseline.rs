@@ -9,13 +9,24 @@ const WORK: f64 = 0.02;
 /// What became worse since `old`: cases are the same when their names and their devices' names are.
 ///
 /// Slower is a case whose time grew by more than the fraction `slower` and beyond its spread: the quartiles do not
-/// overlap. Noisier is one whose RMSE at the same number of samples grew by as much, beyond both intervals.
+/// overlap. Noisier is one whose RMSE at the same number of samples grew by as much, beyond both intervals. What cannot
+/// be compared is a warning: a renamed case must not pass in silence.
 pub fn compare(new: &Results, old: &Results, slower: f64) -> Vec<Finding> {
     let mut found = Vec::new();
     for case in &new.cases {
         let same = |other: &&Case| other.name == case.name && other.device.name == case.device.name;
-        let Some(before) = old.cases.iter().find(same) else { continue };
-        let Some((now, then)) = last_common(case, before) else { continue };
+        let mut unlike = |what: &str| {
+            let text = format!("{what}: neither its speed nor its noise was compared");
+            found.push(about(case, Severity::Warning, FindingKind::Baseline, text));
+        };
+        let Some(before) = old.cases.iter().find(same) else {
+            unlike("not in the baseline on this device");
+            continue;
+        };
+        let Some((now, then)) = last_common(case, before) else {
+            unlike("no checkpoint has as many samples as one of the baseline");
+            continue;
+        };
         let changed =
             if case.scene_hash == before.scene_hash { "" } else { "; the scene is not the same as then" };
         let mut add = |severity: Severity, kind: FindingKind, text: String| {

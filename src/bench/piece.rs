@@ -8,7 +8,7 @@ use super::suite::{CaseSpec, Checkpoints, short_hash};
 use super::watch::Watch;
 use crate::device::{Device, DeviceInfo, sources_hash};
 use crate::metrics::squared_error_blocks;
-use crate::picture::{Picture, write_exr};
+use crate::picture::{Picture, read_exr, write_exr};
 use crate::render::{BRICK_SHIFT, Plan, Session, Snapshot, data_hash, load_volume};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -63,11 +63,11 @@ impl Task<'_> {
         short_hash(parts.as_bytes())
     }
 
-    /// The piece that an earlier run left, if it is whole.
+    /// The piece that an earlier run left, if it is whole: one that is damaged is measured anew.
     pub fn finished(&self, folder: &Folder) -> Option<Piece> {
         let key = self.key();
         let piece: Piece = read_json(&folder.path(&format!("runs/{key}.json")), "a piece").ok()?;
-        (piece.key == key && folder.path(&picture_name(&key)).is_file()).then_some(piece)
+        (piece.key == key && read_exr(&folder.path(&picture_name(&key))).is_ok()).then_some(piece)
     }
 
     /// Measures the piece and keeps it.

@@ -417,6 +417,8 @@ pub enum FindingKind {
     Noisier,
     /// More look-ups than in the baseline.
     Work,
+    /// Nothing in the baseline to compare with.
+    Baseline,
     /// A gate of the suite.
     Gate,
     /// Times that vary much.

@@ -175,6 +175,12 @@ impl<'c> Reader<'c> {
     fn check_names(&mut self, drafts: &[Draft<'_>]) {
         let mut seen = BTreeMap::new();
         for draft in drafts {
+            if draft.name.trim().is_empty() || draft.name.contains(char::is_control) {
+                let index = self.suite.case.iter().position(|case| std::ptr::eq(case, draft.config));
+                let path = format!("case.{}.name", index.unwrap_or(0));
+                let message = format!("a case cannot be called {}", quote(&draft.name));
+                self.wrong(&path, message, "needs at least one letter, and all on one line");
+            }
             if seen.insert(&draft.name, ()).is_some() {
                 let index = self.suite.case.iter().rposition(|case| std::ptr::eq(case, draft.config));
                 let path = format!("case.{}.name", index.unwrap_or(0));
@@ -280,8 +286,16 @@ fn finish(draft: Draft<'_>) -> Result<CaseSpec> {
         }
         ReferenceConfig::Computed { set, error, time } => {
             let sets: Vec<String> = draft.overrides.iter().chain(set).cloned().collect();
+            let scenes = computed::scenes(&draft.scene_path, &sets, REFERENCE_SEED)?;
+            let (image, of_case) = (&scenes[0].image, &scene.image);
+            if (image.width, image.height) != (of_case.width, of_case.height) {
+                return Err(Error::Input(format!(
+                    "error: the reference has {}×{} pixels, its case {}×{}; they must be of one size",
+                    image.width, image.height, of_case.width, of_case.height
+                )));
+            }
             ReferenceSpec::Computed(Box::new(ComputedReference {
-                scenes: computed::scenes(&draft.scene_path, &sets, REFERENCE_SEED)?,
+                scenes,
                 overrides: set.clone(),
                 error: error.0,
                 time: time.map(|limit| limit.0),

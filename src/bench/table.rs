@@ -55,7 +55,12 @@ fn cases(results: &Results, text: &mut String) {
             case.device.selector,
             last.samples,
             spread(last.seconds),
-            last.relative_rmse.map_or("below noise".into(), |error| interval(error, 100.0)),
+            match (last.rmse, last.relative_rmse) {
+                (_, Some(error)) => interval(error, 100.0),
+                // A black reference: nothing to be relative to.
+                (Some(_), None) => "–".into(),
+                (None, None) => "below noise".into(),
+            },
             case.pooled.and_then(|p| p.bias_z).map_or("–".into(), |z| format!("{z:.2}")),
             case.summary.slope.map_or("–".into(), |slope| interval(slope, 1.0)),
             case.summary.efficiency.map_or("–".into(), |e| format!("{:.3e}", e.value)),

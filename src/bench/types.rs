@@ -104,6 +104,7 @@ pub struct VariantConfig {
 #[serde(deny_unknown_fields)]
 pub struct CheckpointsConfig {
     /// Samples per pixel, ascending. Methods without randomness stop at one sample.
+    #[schemars(inner(range(min = 1, max = 1_000_000_000)))]
     pub samples: Option<Vec<u32>>,
     /// Times since the first sample, ascending.
     pub times: Option<Vec<TimeLimit>>,

@@ -4,7 +4,7 @@ use super::interrupt::watch_interrupt;
 use super::stderr::say;
 use super::{outlive_file_size_limit, print_line};
 use crate::bench::files::{Folder, read_json};
-use crate::bench::results::{Results, Severity};
+use crate::bench::results::{FORMAT, Results, Severity};
 use crate::bench::suite::{CaseSpec, Checkpoints, ReferenceSpec, Suite};
 use crate::bench::table::table;
 use crate::bench::{Options, Watch, baseline, findings, run as run_suite};
@@ -49,11 +49,7 @@ pub fn run(arguments: &BenchArgs) -> Result<()> {
     if arguments.list {
         return print_line(&list(&suite));
     }
-    let old: Option<Results> = arguments
-        .baseline
-        .as_ref()
-        .map(|path| read_json(path, "a results.json of svetlo bench"))
-        .transpose()?;
+    let old = arguments.baseline.as_deref().map(read_baseline).transpose()?;
     let folder = Folder::make(&arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.suite)))?;
     let interrupt = watch_interrupt()?;
     let catalog = Catalog::enumerate();
@@ -74,6 +70,18 @@ pub fn run(arguments: &BenchArgs) -> Result<()> {
     report::write(&results, &folder.path("."))?;
     print_line(&table(&results))?;
     outcome(&results)
+}
+
+fn read_baseline(path: &Path) -> Result<Results> {
+    let old: Results = read_json(path, "a results.json of svetlo bench")?;
+    if old.format == FORMAT {
+        return Ok(old);
+    }
+    Err(Error::Input(format!(
+        "{}: results of format {}, which this version does not compare with its own, {FORMAT}; run the bench anew",
+        path.display(),
+        old.format
+    )))
 }
 
 /// One line per case.

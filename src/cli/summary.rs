@@ -8,6 +8,10 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Duration;
 
+/// Why a film with samples enough knows no error.
+const BEYOND_SQUARES: &str = "squares of the radiances are not float32 numbers; scale the lights, and `film.exposure` \
+                              the other way";
+
 /// A render that has ended and whose images are written.
 pub struct Summary<'a> {
     /// The scene file.
@@ -50,6 +54,13 @@ impl Summary<'_> {
             say(&energy::line(paths, method));
             energy::warning(paths, method).iter().for_each(|text| say(&format!("note: {text}")));
         }
+        let summary = &self.snapshot.summary;
+        if summary.standard_error.is_some()
+            && summary.relative_error().is_none()
+            && self.ended != Ended::Unknown
+        {
+            say(&format!("note: the error is not known: {BEYOND_SQUARES}"));
+        }
         let (output, preview) = (self.output.display(), self.preview.display());
         print_line(&if self.added {
             format!("wrote {output} and its preview {preview}")
@@ -74,6 +85,12 @@ impl Summary<'_> {
                 self.output.display()
             )));
         }
+        if self.ended == Ended::Unknown {
+            return Err(Error::Failed(format!(
+                "the error cannot be estimated: {BEYOND_SQUARES} (the image was written to {})",
+                self.output.display()
+            )));
+        }
         if self.ended == Ended::Interrupted {
             say(&format!(
                 "interrupted after {}; the image so far is in {}",
@@ -93,7 +110,7 @@ impl Summary<'_> {
             Ended::Deterministic => "; more would be the same: nothing in this scene is random",
             Ended::Time => "; the time is up",
             Ended::Error => "; the error is small enough",
-            Ended::Samples | Ended::Interrupted => "",
+            Ended::Samples | Ended::Unknown | Ended::Interrupted => "",
         };
         let earlier = self.resumed.map_or(String::new(), |spent| {
             format!(", {} of them from earlier runs,", spent.progress.samples)

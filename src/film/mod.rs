@@ -39,11 +39,14 @@ impl FilmPixel {
         std::array::from_fn(|i| f64::from(self.mean[i]) + f64::from(self.mean_low[i]))
     }
 
-    /// Unbiased variance of one sample, per channel; `None` below two samples.
+    /// Unbiased variance of one sample, per channel; `None` below two samples. Infinite where the squares were too
+    /// large for the device.
     pub fn variance(&self) -> Option<[f64; 4]> {
         let degrees = f64::from(self.count.checked_sub(1).filter(|&n| n > 0)?);
         Some(std::array::from_fn(|i| {
-            ((f64::from(self.m2[i]) + f64::from(self.m2_low[i])) / degrees).max(0.0)
+            // Beyond the largest float the pair is inf and NaN.
+            let sum = f64::from(self.m2[i]) + f64::from(self.m2_low[i]);
+            if sum.is_finite() { (sum / degrees).max(0.0) } else { f64::INFINITY }
         }))
     }
 
@@ -52,6 +55,9 @@ impl FilmPixel {
         u64::from(self.lookups_high) << 32 | u64::from(self.lookups_low)
     }
 }
+
+/// Pictures of a smaller mean have deviations whose squares are no float32 numbers.
+const DARKEST: f64 = 1e-16;
 
 /// What a film says as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -91,10 +97,12 @@ impl FilmSummary {
 
     /// Estimated RMSE of the picture over its mean: what the stop rule `error` compares.
     ///
-    /// A picture that is black everywhere with no variance has error 0.
+    /// A picture that is black everywhere with no variance has error 0. `None` below two samples in a pixel, and where
+    /// the squares of radiances are too large or too small for the device.
     pub fn relative_error(&self) -> Option<f64> {
-        let error = self.standard_error?;
-        Some(if error == 0.0 { 0.0 } else { error / self.mean.abs() })
+        let (error, mean) = (self.standard_error?, self.mean.abs());
+        let lost = !error.is_finite() || (mean > 0.0 && mean < DARKEST);
+        (!lost).then(|| if error == 0.0 { 0.0 } else { error / mean })
     }
 }
 
@@ -123,5 +131,13 @@ mod tests {
         assert!((summary.relative_error().unwrap() - 0.2_f64.sqrt() / 1.5).abs() < 1e-15);
         assert_eq!(FilmSummary::of(&[pixel(1, 1.0, 0.0)]).relative_error(), None);
         assert_eq!(FilmSummary::of(&[pixel(3, 0.0, 0.0)]).relative_error(), Some(0.0));
+    }
+
+    #[test]
+    fn squares_beyond_float32_are_no_small_error() {
+        let large = FilmPixel { m2_low: [f32::NAN; 4], ..pixel(5, 1e25, f32::INFINITY) };
+        assert_eq!(large.variance(), Some([f64::INFINITY; 4]));
+        assert_eq!(FilmSummary::of(&[large, pixel(5, 1.0, 8.0)]).relative_error(), None);
+        assert_eq!(FilmSummary::of(&[pixel(5, 1e-25, 0.0)]).relative_error(), None);
     }
 }

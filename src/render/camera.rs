@@ -1,9 +1,12 @@
 //! The camera on the device.
 
 use super::local::{LocalFrame, float4};
-use crate::device_struct;
 use crate::scene::{Camera, CameraKind, Image};
+use crate::{Error, Result, device_struct};
 use glam::DVec3;
+
+/// Coordinates on the device, in voxels, stay within this: their squares are float32 numbers.
+const FARTHEST: f32 = 1e18;
 
 device_struct! {
     "types/camera.cl",
@@ -70,5 +73,30 @@ impl DeviceCamera {
             width: image.width,
             height: image.height,
         }
+    }
+
+    /// Whether float32 holds the rays: those that it does not hold read memory anywhere.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when it does not.
+    pub fn check(&self) -> Result<()> {
+        // NaN is not within.
+        let within = |values: &[f32]| values.iter().all(|value| value.abs() <= FARTHEST);
+        let view = [self.base, self.base_u, self.base_v, self.dir_u, self.dir_v, [self.depth; 4]];
+        if !within(view.as_flattened()) {
+            return Err(Error::Input(format!(
+                "the view is too large for the voxels: in their size, coordinates are above {FARTHEST:e}; check \
+                 `volume.spacing` and the camera's position, target and field of view"
+            )));
+        }
+        let radius =
+            [self.lens_u, self.lens_v].as_flattened().iter().fold(0.0, |max: f32, x| max.max(x.abs()));
+        let turn = radius * self.inv_focus;
+        if !within(&[radius, self.inv_focus, turn, turn * self.depth]) {
+            return Err(Error::Input(
+                "the lens is too large for its focus; make `camera.aperture` smaller or `camera.focus` larger".into(),
+            ));
+        }
+        Ok(())
     }
 }

@@ -89,6 +89,7 @@ impl<'a> Plan<'a> {
             .feature("THIN_LENS", lens)
             .feature("ENVIRONMENT", frame.environment_width > 0);
         let camera = DeviceCamera::new(&scene.camera, &scene.image, &local);
+        camera.check()?;
         let volume = grid.describe(&bricks, method.value_units);
         Ok(Self { scene, grid, local, window, spec, method, environment, notes, frame, camera, volume })
     }

@@ -27,6 +27,8 @@ pub enum Ended {
     Time,
     /// The estimated error is below the limit.
     Error,
+    /// No error can be estimated, so that it will never be below the limit.
+    Unknown,
     /// All further samples would be the same.
     Deterministic,
     /// The observer asked for it.
@@ -84,8 +86,11 @@ pub fn run(
             && is_check(progress.samples)
         {
             error = FilmSummary::of(&session.film()?).relative_error();
-            if error.is_some_and(|error| error <= wanted) {
-                return Ok(Ended::Error);
+            match error {
+                Some(error) if error <= wanted => return Ok(Ended::Error),
+                Some(_) => {}
+                // There are samples enough: they are not finite, or their squares are beyond float32.
+                None => return Ok(Ended::Unknown),
             }
         }
         session.step(if stop.error.is_some() { target.min(next_check(progress.samples)) } else { target })?;

@@ -9,7 +9,7 @@ use super::silhouette::tiles_that_see;
 use crate::device::ProgramSpec;
 use crate::scene::{Background, Light, Orders, Phase, Scattering as Settings, Transfer, Transmittance};
 use crate::transfer::{TransferFunction1d, TransferFunction2d};
-use crate::{Result, device_struct};
+use crate::{Error, Result, device_struct};
 use glam::DVec3;
 
 device_struct! {
@@ -89,6 +89,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     frame.gradient_scale = table.gradient_scale;
     let gradients = two_d.then(|| input.grid.brick_gradients(input.bricks));
     let majorants = Majorants::new(input.grid, input.bricks, gradients.as_deref(), &table);
+    check_extinction(&majorants, scene.scattering.extinction_color, input)?;
     let lights = Lights::new(&scene.lights, &scene.background, input.environment, input.local);
     lights.describe(frame);
 
@@ -188,6 +189,25 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         notes: Vec::new(),
         details: details.collect(),
     })
+}
+
+/// Mean free paths across the box that float32 coordinates resolve well: with many more, steps between collisions round to
+/// nothing, and a path that nothing absorbs never ends.
+const MOST_FREE_PATHS: f64 = 1e7;
+
+fn check_extinction(majorants: &Majorants, color: Option<[f64; 3]>, input: &MethodInput<'_>) -> Result<()> {
+    let largest = color.map_or(1.0, |color| color.into_iter().fold(0.0, f64::max));
+    // Paths leave across the shortest side.
+    let across = f64::from(majorants.largest) * largest * input.local.size().min_element();
+    if across <= MOST_FREE_PATHS {
+        return Ok(());
+    }
+    Err(Error::Input(format!(
+        "the extinction is too large to follow paths: {:.3e} per scene unit, {across:.1e} mean free paths across the box, \
+         of which {MOST_FREE_PATHS:.0e} can be told apart; lower `medium.sigma_max` (nothing shines through from some \
+         hundred on)",
+        f64::from(majorants.largest) * largest / input.local.unit
+    )))
 }
 
 /// What tracking costs in this medium. `unit`: scene units per local unit.

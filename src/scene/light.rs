@@ -124,7 +124,8 @@ pub(super) fn background(config: &BackgroundConfig, cx: &mut Context<'_>) -> Bac
     Background::Environment {
         path: cx.file("background.environment", name),
         intensity: config.intensity.unwrap_or(1.0),
-        rotation: config.rotation.unwrap_or(0.0).to_radians(),
+        // Whole turns are none, and many would leave the range of float32.
+        rotation: (config.rotation.unwrap_or(0.0) % 360.0).to_radians(),
         sampling: config.sampling.unwrap_or_default(),
     }
 }

@@ -83,4 +83,16 @@ fn a_reference_of_another_size_and_a_baseline_that_is_none() {
     folder.write("old.json", "{}");
     bench(&folder, &["--baseline", "old.json"]).fails_with(2, "this is not a results.json of svetlo bench");
     bench(&folder, &["--baseline", "none.json"]).fails_with(2, "cannot be read");
+    let sets = format!("title = \"x\"\n{CASE}reference = {{ set = [\"image.width=8\"] }}\n");
+    fails(&sets, &["the reference has 8×16 pixels, its case 24×16", "in case \"a\""]);
+}
+
+#[test]
+fn names_that_no_table_can_show() {
+    for name in ["", " ", "a\\nb"] {
+        fails(
+            &format!("title = \"x\"\n[[case]]\nname = \"{name}\"\nscene = \"scene.toml\"\n"),
+            &["a case cannot be called", "suite.toml:3:8"],
+        );
+    }
 }

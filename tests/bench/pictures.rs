@@ -5,7 +5,7 @@ use svetlo::bench::results::{Case, FindingKind, ReferenceKind};
 
 const SUITE: &str = r#"
 title = "Pictures"
-repeats = 2
+repeats = 5
 checkpoints = { samples = [1, 2, 4, 8, 16] }
 reference = { error = "0.3%" }
 [[case]]
@@ -98,7 +98,7 @@ fn csv_parses(folder: &crate::support::Folder, cases: &[Case]) {
 /// Without randomness there is one checkpoint, and the error is that of the quadrature.
 fn deterministic(case: &Case) {
     assert!(case.deterministic);
-    assert_eq!(case.repeats.len(), 2);
+    assert_eq!(case.repeats.len(), 5);
     assert!(case.repeats.iter().all(|repeat| repeat.checkpoints.len() == 1));
     assert_eq!(case.summary.slope, None);
     let error = case.summary.points[0].relative_rmse.unwrap().value;

@@ -67,6 +67,13 @@ fn an_interrupted_bench_keeps_what_is_finished_and_goes_on() {
     assert_eq!(again.err.matches("there already").count(), 4, "{}", again.err);
     assert!(results(&folder, "out/results.json").cases == whole.cases);
 
+    // A damaged picture is measured again.
+    let picture = folder.path("out/runs").join(&first[0]).with_extension("exr");
+    std::fs::write(&picture, "").unwrap();
+    let repaired = bench(&folder, &[]);
+    assert_eq!(repaired.code, Some(0), "{}", repaired.err);
+    assert_eq!(repaired.err.matches("there already").count(), 3, "{}", repaired.err);
+
     // Another scene is another piece.
     folder.write("scene.toml", crate::support::SCENE.replace("sigma_max = 5", "sigma_max = 6"));
     assert_eq!(bench(&folder, &[]).err.matches("there already").count(), 0);

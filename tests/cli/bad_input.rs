@@ -39,6 +39,17 @@ fn all_problems_are_reported_at_once() {
 }
 
 #[test]
+fn views_beyond_float32_are_refused() {
+    let folder = Folder::new();
+    for sets in [&["camera.aperture=1e300"][..], &["camera.aperture=0.1", "camera.focus=1e-40"]] {
+        refused(&folder, sets, "the lens is too large for its focus");
+    }
+    for set in ["volume.spacing=1e-300", "volume.spacing=[1e-30, 1, 1e30]"] {
+        refused(&folder, &[set], "the view is too large for the voxels");
+    }
+}
+
+#[test]
 fn an_empty_scene_says_what_is_needed() {
     let folder = Folder::new();
     folder.write("scene.toml", "");

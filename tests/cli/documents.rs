@@ -84,7 +84,9 @@ fn follow(document: &str, least: usize) {
             Step::Command(command) => {
                 let line = format!("svetlo() {{ '{binary}' \"$@\"; }}; {}", quick(&command));
                 let ran = run(Command::new("sh").args(["-c", &line]).current_dir(folder.path("")));
-                assert_eq!(ran.code, Some(0), "{document}: {command}: {}", ran.err);
+                // A machine that is busier than before is slower, which a baseline shows.
+                let slower = command.contains("--baseline") && ran.code == Some(3);
+                assert!(ran.code == Some(0) || slower, "{document}: {command}: {:?}: {}", ran.code, ran.err);
             }
         }
     }

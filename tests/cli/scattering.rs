@@ -31,6 +31,25 @@ fn the_summary_tells_where_the_energy_went() {
 }
 
 #[test]
+fn an_error_that_cannot_be_estimated_ends_a_render_that_waits_for_it() {
+    let folder = Folder::new();
+    // All samples are infinite, or their squares are.
+    for (radiance, needle) in [("1e39", "samples were not finite"), ("1e25", "the error cannot be estimated")]
+    {
+        let background = format!("background.color={radiance}");
+        let set = sets(
+            "method={ kind = \"multiple-scattering\" }",
+            &["--set", &background, "--error", "50%", "--quiet"],
+        );
+        folder.run(&set).fails_with(1, needle);
+    }
+    let noted = sets("method={ kind = \"multiple-scattering\" }", &["--set", "background.color=1e25"]);
+    let ran = folder.succeed(&noted);
+    assert!(ran.err.contains("note: the error is not known"), "{}", ran.err);
+    assert!(!ran.err.contains("estimated error"), "{}", ran.err);
+}
+
+#[test]
 fn check_tells_what_tracking_costs() {
     let folder = Folder::new();
     let check = |transfer: &str, more: &[&str]| {

@@ -9,7 +9,11 @@ fn representable(parameter: &'static str, value: f64) -> Result<f64, FieldError>
     if value.abs() <= f64::from(f32::MAX) {
         return Ok(value);
     }
-    Err(FieldError::new(parameter, value, "it must be finite and within the range of float32"))
+    Err(FieldError::new(
+        parameter,
+        format_args!("{value:e}"),
+        "it must be finite and within the range of float32",
+    ))
 }
 
 /// The same value everywhere.
