@@ -10,6 +10,7 @@ pub mod device;
 pub mod diffusion;
 pub mod error;
 pub mod film;
+pub mod irradiance;
 pub mod metrics;
 pub mod picture;
 pub mod reference;

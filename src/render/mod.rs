@@ -56,5 +56,6 @@ pub const LAYOUTS: &[StructLayout] = &[
     scattering::Scattering::LAYOUT,
     ledger::Ledger::LAYOUT,
     auxiliary::Auxiliary::LAYOUT,
+    crate::irradiance::DeviceLightGrid::LAYOUT,
     crate::diffusion::DeviceDiffusionGrid::LAYOUT,
 ];

@@ -37,9 +37,9 @@ pub struct Plan<'a> {
     pub environment: HostBuffer,
     /// Remarks for the user, one sentence each.
     pub notes: Vec<String>,
-    pub(super) frame: DeviceFrame,
-    pub(super) camera: DeviceCamera,
-    pub(super) volume: DeviceVolume,
+    pub(crate) frame: DeviceFrame,
+    pub(crate) camera: DeviceCamera,
+    pub(crate) volume: DeviceVolume,
 }
 
 impl<'a> Plan<'a> {
