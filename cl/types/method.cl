@@ -1,5 +1,9 @@
 // The parameters of each method.
+
+// Emission-absorption, and the projection of light volumes.
 struct EmissionAbsorption {
+    float4 extinction;       // extinction per channel relative to sigma_t (CHROMATIC), largest 1; w = 0
+    float4 phase;            // mean cosines of the lobes, share of the first one, mean cosine of all (DIRECTED)
     float step;              // step size, local units
     float min_transmittance; // rays stop below it; 0 = never
     float max_depth;         // the same as an optical depth; infinite = never

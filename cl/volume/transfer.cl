@@ -2,19 +2,20 @@
 //
 // An entry holds a colour and sigma_t per local unit, each linear between entries. A look-up gives
 // (sigma_t r, sigma_t g, sigma_t b, sigma_t): emission and extinction of the emission-absorption model.
-// TRANSMITTANCE_ONLY: the colours are all black, so an entry is sigma_t alone.
+// TRANSMITTANCE_ONLY: the colours are all black, so an entry is sigma_t alone. LIT: the colours are albedos (relative to
+// sigma_t, per channel), so a look-up gives sigma_s; with EMISSION, sigma_a L_e comes after it.
 //
 // With a table, `value_scale` makes window values count entries (0 to size - 1): one rounding less, and values that
 // fall on an entry, as whole numbers often do, fall on it exactly.
 #include "types/frame.cl"
 #include "volume/sampling.cl"
 
-#ifdef TRANSMITTANCE_ONLY
+#if defined(TRANSMITTANCE_ONLY)
 typedef float Medium;
-#define medium_sigma(m) (m)
+#elif defined(LIT) && defined(EMISSION)
+typedef float8 Medium; // and what glows: sigma_a L_e
 #else
 typedef float4 Medium;
-#define medium_sigma(m) ((m).w)
 #endif
 
 // A value as a place in the table: whole part in *index (at most size - 2), fraction returned.
@@ -30,7 +31,9 @@ INLINE Medium table_row(__global const Medium *row, int index, float fraction) {
 }
 
 INLINE Medium emission_and_extinction(Medium m) {
-#ifndef TRANSMITTANCE_ONLY
+#if defined(LIT) && defined(EMISSION)
+    m.s012 *= m.s3;
+#elif !defined(TRANSMITTANCE_ONLY)
     m.xyz *= m.w;
 #endif
     return m;

@@ -15,7 +15,7 @@ use super::trust::Trust;
 use super::watch::Watch;
 use crate::device::DeviceInfo;
 use crate::render::{BRICK_SHIFT, Plan, data_hash, load_volume, method_name};
-use crate::scene::{Method, Orders, Quadrature, Scattering};
+use crate::scene::{DirectLight, LightVolume, Method, Orders, Quadrature, ScatteredLight, Scattering};
 use crate::{Error, Result};
 use std::time::Instant;
 
@@ -257,5 +257,27 @@ fn estimators(method: &Method) -> Vec<String> {
             }
             phrases
         }
+        Method::LightVolume(volume) => light_phrases(volume),
     }
+}
+
+fn light_phrases(volume: &LightVolume) -> Vec<String> {
+    let direct = match volume.direct {
+        DirectLight::Convection => "direct light upwind".into(),
+        DirectLight::Tracking { estimates } => format!("{estimates} estimates of direct light"),
+    };
+    let scattered = match volume.scattered {
+        ScatteredLight::Steady(steady) => {
+            let word = |word: serde_json::Result<serde_json::Value>| {
+                word.ok().and_then(|word| word.as_str().map(str::to_owned)).unwrap_or_default()
+            };
+            let (solver, limiter) =
+                (serde_json::to_value(steady.solver), serde_json::to_value(steady.limiter));
+            format!("diffusion by {}, limiter {}", word(solver), word(limiter))
+        }
+        ScatteredLight::Steps { count: Some(count), .. } => format!("{count} steps of diffusion"),
+        ScatteredLight::Steps { count: None, .. } => "steps of diffusion while light crosses".into(),
+    };
+    let cells = (volume.coarsening > 1).then(|| format!("{} voxels per cell", volume.coarsening));
+    [direct, scattered].into_iter().chain(cells).collect()
 }

@@ -12,6 +12,7 @@ mod render;
 mod selftest;
 mod stderr;
 mod summary;
+mod watcher;
 
 use crate::metrics::command::CompareArgs;
 use crate::scene::Scene;

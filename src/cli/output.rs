@@ -24,6 +24,25 @@ pub fn output_path(scene: &Path, given: Option<&Path>) -> Result<PathBuf> {
     )))
 }
 
+/// The image of each of a scene's `views`: [`output_path`] where there is one, else `NAME.0001.exr` and so on.
+///
+/// # Errors
+/// As [`output_path`].
+pub fn output_paths(scene: &Path, given: Option<&Path>, views: usize) -> Result<Vec<PathBuf>> {
+    let path = output_path(scene, given)?;
+    if views == 1 {
+        return Ok(vec![path]);
+    }
+    let extension = path.extension().unwrap_or_default().to_owned();
+    let numbered = |number: usize| {
+        let mut name = path.file_stem().unwrap_or_default().to_owned();
+        name.push(format!(".{number:04}."));
+        name.push(&extension);
+        path.with_file_name(name)
+    };
+    Ok((1..=views).map(numbered).collect())
+}
+
 /// Refuses an output that is also an input: such as the picture `head.png` of a transfer function, where the
 /// preview of `head.toml` would go.
 ///

@@ -1,23 +1,27 @@
 //! `svetlo render`.
 
 use super::interrupt::{or_interrupted, watch_interrupt};
-use super::output::{check_inputs_survive, output_path};
+use super::output::{check_inputs_survive, output_paths};
 use super::progress::ProgressView;
 use super::stderr::say;
 use super::summary::Summary;
-use super::{load_scene, outlive_file_size_limit};
+use super::watcher::Watcher;
+use super::{load_scene, outlive_file_size_limit, pretty, print_line};
 use crate::config::formats::{parse_duration, parse_percentage};
-use crate::device::{Catalog, Device};
-use crate::picture::{Tonemap, check_writable, write_exr, write_png};
+use crate::device::{Catalog, Device, DeviceInfo};
+use crate::irradiance::LightData;
+use crate::picture::check_writable;
 use crate::render::{
-    BRICK_SHIFT, Ended, Observer, Plan, Saved, Session, Snapshot, Spent, Status, announced_memory, data_hash,
-    load_volume, preview_tonemap, run as run_progressive,
+    BRICK_SHIFT, Ended, Plan, Saved, Session, announced_memory, data_hash, load_volume, method_name,
+    preview_tonemap, run as run_progressive,
 };
-use crate::scene::{Scene, Stop};
+use crate::scene::{Method, Scene, Stop};
+use crate::volume::Volume;
 use crate::{Error, Result};
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// Arguments of `svetlo render`.
@@ -25,7 +29,8 @@ use std::time::{Duration, Instant};
 pub struct RenderArgs {
     /// The scene file.
     scene: PathBuf,
-    /// The image to write; the preview goes beside it as .png [default: the scene's name with .exr, here].
+    /// The image to write; the preview goes beside it as .png [default: the scene's name with .exr, here]. A scene with
+    /// several views writes OUT.0001.exr, OUT.0002.exr and so on.
     #[arg(short, long, value_name = "OUT.exr")]
     output: Option<PathBuf>,
     /// Override a value of the scene, such as `image.width=256` (repeatable).
@@ -51,6 +56,13 @@ pub struct RenderArgs {
     /// total then, --error that of the whole, --time that of this run. Without an image there, start anew.
     #[arg(long)]
     resume: bool,
+    /// Write the light volume (hybrid-diffusion, convection-diffusion) to this file, too.
+    #[arg(long, value_name = "LIGHT.nrrd", conflicts_with = "load_light")]
+    save_light: Option<PathBuf>,
+    /// Take the light volume from this file instead of computing it: the scene may differ in camera, image and stop
+    /// rules alone.
+    #[arg(long, value_name = "LIGHT.nrrd")]
+    load_light: Option<PathBuf>,
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
@@ -59,7 +71,7 @@ pub struct RenderArgs {
     json: bool,
 }
 
-/// Renders the scene.
+/// Renders the scene's views.
 ///
 /// Whatever can be wrong is found in the order of its cost: scene, output, device, memory, data.
 ///
@@ -71,72 +83,175 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     let mut sets = arguments.set.clone();
     sets.extend(arguments.seed.map(|seed| format!("seed={seed}")));
     let scene = load_scene(&arguments.scene, &sets)?;
-    let output = output_path(&arguments.scene, arguments.output.as_deref())?;
-    let preview = output.with_extension("png");
-    for path in [&output, &preview] {
-        check_writable(path)?;
-        check_inputs_survive(path, &arguments.scene, &scene)?;
+    let outputs = output_paths(&arguments.scene, arguments.output.as_deref(), scene.views.len())?;
+    for output in &outputs {
+        for path in [output, &output.with_extension("png")] {
+            check_writable(path)?;
+            check_inputs_survive(path, &arguments.scene, &scene)?;
+        }
     }
-    let saved = if arguments.resume { saved(arguments, &output, &scene)? } else { None };
+    check_light_files(arguments, &scene)?;
     let interrupt = watch_interrupt()?;
     let catalog = Catalog::enumerate();
     let info = catalog.select(selector(arguments).as_deref())?;
     announced_memory(&scene).check(info)?;
     let volume = load_volume(&scene.volume)?;
-    let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
-    let data_hash = data_hash(&plan, &volume)?;
-    let film = saved.as_ref().map(|saved| saved.film(&plan, &data_hash)).transpose()?;
-    if !arguments.quiet {
-        let resumed = saved.as_ref().and_then(|saved| saved.note(info));
-        plan.notes.iter().chain(&resumed).for_each(|note| say(&format!("note: {note}")));
-    }
-    // Its planes are as large as the image.
-    drop(saved);
-    let requested = Arc::clone(&interrupt);
-    let mut session =
-        Session::new(Device::open(info)?, &plan).map_err(|error| or_interrupted(&requested, error))?;
-    let spent = film.as_ref().map(|film| film.spent);
-    if let Some(film) = film {
-        session.restore(&film)?;
-    }
-    let begun = session.progress();
-    let stop = stop_rules(arguments, &scene);
-    let mut watcher = Watcher {
-        plan: &plan,
-        data_hash: &data_hash,
-        spent: spent.unwrap_or_default(),
-        output: &output,
-        preview: &preview,
-        tonemap: preview_tonemap(&scene.film),
-        start,
+    let mut job = Job {
+        arguments,
+        info,
+        volume: &volume,
         interrupt,
-        stop: &stop,
-        view: ProgressView::new(arguments.quiet),
+        light: None,
+        views: scene.views.len(),
+        said: 0,
+        reports: Vec::new(),
     };
-    let ended = run_progressive(&mut session, &plan, &stop, &mut watcher);
-    watcher.view.finish();
-    let ended = ended.map_err(|error| or_interrupted(&requested, error))?;
-    if ended == Ended::Interrupted && session.progress().samples == 0 {
-        // A picture with holes must not replace an older one.
-        say("interrupted before the first sample of every pixel was done; nothing was written");
-        return Err(Error::Interrupted);
+    let mut start = start;
+    let ended = scene.views.iter().zip(&outputs).try_for_each(|(view, output)| {
+        let ended = job.render(&scene.of_view(view), output, start);
+        start = Instant::now();
+        ended
+    });
+    job.report()?;
+    ended
+}
+
+/// What the pictures of a scene share.
+struct Job<'a> {
+    arguments: &'a RenderArgs,
+    info: &'a DeviceInfo,
+    volume: &'a Volume,
+    interrupt: Arc<AtomicBool>,
+    /// The light volume, once a picture has computed it and others need it.
+    light: Option<LightData>,
+    views: usize,
+    /// How many notes have been said: those of one picture are those of all.
+    said: usize,
+    /// Summaries for `--json`.
+    reports: Vec<Value>,
+}
+
+impl Job<'_> {
+    /// Renders one picture; `start`: when the work for it began.
+    fn render(&mut self, scene: &Scene, output: &Path, start: Instant) -> Result<()> {
+        let arguments = self.arguments;
+        let preview = output.with_extension("png");
+        let saved = if arguments.resume { saved(arguments, output, scene)? } else { None };
+        let plan = Plan::new(scene, self.volume, BRICK_SHIFT)?;
+        let data_hash = data_hash(&plan, self.volume)?;
+        let film = saved.as_ref().map(|saved| saved.film(&plan, &data_hash)).transpose()?;
+        if !arguments.quiet {
+            let resumed = saved.as_ref().and_then(|saved| saved.note(self.info));
+            let notes = plan.notes.iter().skip(self.said).chain(&resumed);
+            notes.for_each(|note| say(&format!("note: {note}")));
+            self.said = plan.notes.len();
+        }
+        // Its planes are as large as the image.
+        drop(saved);
+        let mut session = self.session(&plan, &data_hash)?;
+        let spent = film.as_ref().map(|film| film.spent);
+        if let Some(film) = film {
+            session.restore(&film)?;
+        }
+        let begun = session.progress();
+        let stop = stop_rules(arguments, scene);
+        let mut watcher = Watcher {
+            plan: &plan,
+            data_hash: &data_hash,
+            spent: spent.unwrap_or_default(),
+            output,
+            preview: &preview,
+            tonemap: preview_tonemap(&scene.film),
+            start,
+            interrupt: Arc::clone(&self.interrupt),
+            stop: &stop,
+            view: ProgressView::new(arguments.quiet),
+        };
+        let ended = run_progressive(&mut session, &plan, &stop, &mut watcher);
+        watcher.view.finish();
+        let ended = ended.map_err(|error| or_interrupted(&self.interrupt, error))?;
+        if ended == Ended::Interrupted && session.progress().samples == 0 {
+            // A picture with holes must not replace an older one.
+            say("interrupted before the first sample of every pixel was done; nothing was written");
+            return Err(Error::Interrupted);
+        }
+        let added = session.progress().samples != begun.samples || session.progress().tiles != begun.tiles;
+        let snapshot = watcher.write(&session, added)?;
+        self.keep_light(&session, &plan, &data_hash)?;
+        let summary = Summary {
+            scene: &arguments.scene,
+            output,
+            preview: &preview,
+            plan: &plan,
+            session: &session,
+            snapshot: &snapshot,
+            ended,
+            wall: watcher.wall(),
+            resumed: spent,
+            added,
+        };
+        if arguments.json {
+            self.reports.push(summary.json());
+        } else {
+            summary.print(arguments.quiet)?;
+        }
+        summary.outcome()
     }
-    let added = session.progress() != begun;
-    let snapshot = watcher.write(&session, added)?;
-    let summary = Summary {
-        scene: &arguments.scene,
-        output: &output,
-        preview: &preview,
-        plan: &plan,
-        session: &session,
-        snapshot: &snapshot,
-        ended,
-        wall: watcher.wall(),
-        resumed: spent,
-        added,
-    };
-    summary.print(arguments.json, arguments.quiet)?;
-    summary.outcome()
+
+    /// A session with the light volume that there is.
+    fn session(&mut self, plan: &Plan<'_>, data_hash: &str) -> Result<Session> {
+        if let (None, Some(path)) = (&self.light, &self.arguments.load_light) {
+            self.light = Some(LightData::read(path, plan, data_hash)?);
+        }
+        let session =
+            Device::open(self.info).and_then(|device| Session::lit(device, plan, self.light.as_ref()));
+        session.map_err(|error| or_interrupted(&self.interrupt, error))
+    }
+
+    /// Writes the light volume that a session has computed if that is asked for, and keeps it for further pictures.
+    fn keep_light(&mut self, session: &Session, plan: &Plan<'_>, data_hash: &str) -> Result<()> {
+        let wanted = self.views > 1 || self.arguments.save_light.is_some();
+        if self.light.is_some() || !wanted {
+            return Ok(());
+        }
+        self.light = session.light()?;
+        match (&self.arguments.save_light, &self.light) {
+            (Some(path), Some(light)) => light.write(path, plan, data_hash),
+            _ => Ok(()),
+        }
+    }
+
+    /// Prints what `--json` asks for: one summary, or a list of them where the scene has several views.
+    fn report(&self) -> Result<()> {
+        match self.reports.as_slice() {
+            [] => Ok(()),
+            [one] if self.views == 1 => print_line(&pretty(one)),
+            all => print_line(&pretty(&json!({ "views": all }))),
+        }
+    }
+}
+
+/// Refuses files for the light volume where there is none, or where they could not be written.
+fn check_light_files(arguments: &RenderArgs, scene: &Scene) -> Result<()> {
+    let lit = matches!(scene.method, Method::LightVolume(_));
+    for (option, path) in [("--load-light", &arguments.load_light), ("--save-light", &arguments.save_light)] {
+        if let (Some(_), false) = (path, lit) {
+            return Err(Error::Input(format!(
+                "{option} needs a method that computes light in the volume (hybrid-diffusion or convection-diffusion); \
+                 this scene's is {}",
+                method_name(&scene.method)
+            )));
+        }
+    }
+    let Some(path) = &arguments.save_light else { return Ok(()) };
+    if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("nrrd")) {
+        return Err(Error::Input(format!(
+            "{}: the light volume is written as NRRD, so its name must end in .nrrd",
+            path.display()
+        )));
+    }
+    check_writable(path)?;
+    check_inputs_survive(path, &arguments.scene, scene)
 }
 
 /// The image to continue, if there is one.
@@ -159,64 +274,4 @@ fn stop_rules(arguments: &RenderArgs, scene: &Scene) -> Stop {
         return scene.stop;
     }
     Stop { samples: arguments.samples, time: arguments.time, error: arguments.error }
-}
-
-struct Watcher<'a> {
-    plan: &'a Plan<'a>,
-    output: &'a Path,
-    preview: &'a Path,
-    data_hash: &'a str,
-    /// What the runs before this one took.
-    spent: Spent,
-    tonemap: Tonemap,
-    start: Instant,
-    interrupt: Arc<AtomicBool>,
-    stop: &'a Stop,
-    view: ProgressView,
-}
-
-impl Watcher<'_> {
-    /// Time that the render has taken, earlier runs included.
-    fn wall(&self) -> Duration {
-        self.spent.wall + self.start.elapsed()
-    }
-
-    /// Writes the preview, and the image unless it is the one that was read.
-    fn write(&self, session: &Session, changed: bool) -> Result<Snapshot> {
-        let snapshot = Snapshot::take(session, self.plan, self.data_hash, self.wall())?;
-        if changed {
-            write_exr(self.output, &snapshot.picture)?;
-        }
-        write_png(self.preview, &snapshot.picture, &self.tonemap)?;
-        Ok(snapshot)
-    }
-
-    /// How much of the render is done, by the rule that is nearest to its end.
-    fn fraction(&self, status: &Status) -> Option<f64> {
-        let now = f64::from(status.progress.samples);
-        // Of what this run has to add.
-        let begun = f64::from(self.spent.progress.samples);
-        let towards = |target: f64| (now - begun) / (target - begun);
-        let samples = status.target.map(|target| towards(f64::from(target)));
-        let time = self.stop.time.map(|time| status.elapsed.as_secs_f64() / time.as_secs_f64());
-        // The error falls as n^-1/2.
-        let error =
-            self.stop.error.zip(status.error).map(|(wanted, error)| towards(now * (error / wanted).powi(2)));
-        [samples, time, error].into_iter().flatten().reduce(f64::max)
-    }
-}
-
-impl Observer for Watcher<'_> {
-    fn progress(&mut self, status: &Status) {
-        let fraction = self.fraction(status);
-        self.view.show(status, fraction);
-    }
-
-    fn snapshot(&mut self, session: &Session) -> Result<()> {
-        self.write(session, true).map(drop)
-    }
-
-    fn interrupted(&self) -> bool {
-        self.interrupt.load(Ordering::Relaxed)
-    }
 }

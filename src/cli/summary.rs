@@ -1,7 +1,7 @@
 //! What `svetlo render` says at the end: one JSON document, or two lines for people.
 
 use super::stderr::say;
-use super::{energy, pretty, print_line};
+use super::{energy, print_line};
 use crate::render::{Ended, Plan, Session, Snapshot, Spent, method_name};
 use crate::{Error, Result};
 use serde_json::{Value, json};
@@ -37,14 +37,11 @@ pub struct Summary<'a> {
 }
 
 impl Summary<'_> {
-    /// Prints the summary as JSON or, unless `quiet`, for people.
+    /// Prints the summary for people, unless `quiet`.
     ///
     /// # Errors
     /// [`Error::Failed`] when stdout takes nothing.
-    pub fn print(&self, as_json: bool, quiet: bool) -> Result<()> {
-        if as_json {
-            return print_line(&pretty(&self.json()));
-        }
+    pub fn print(&self, quiet: bool) -> Result<()> {
         if quiet {
             return Ok(());
         }
@@ -124,7 +121,8 @@ impl Summary<'_> {
         )
     }
 
-    fn json(&self) -> Value {
+    /// The summary for programs.
+    pub fn json(&self) -> Value {
         let progress = self.session.progress();
         let summary = &self.snapshot.summary;
         let device = self.session.device().info();

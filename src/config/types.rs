@@ -8,7 +8,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use super::types_medium::{MediumConfig, PhaseConfig};
-pub use super::types_method::{Compositing, Domain, MethodConfig, QuadratureConfig, Transmittance};
+pub use super::types_method::{
+    Compositing, DiffusionSolver, Domain, FluxLimiter, LightModel, MethodConfig, QuadratureConfig,
+    SteadyConfig, Transmittance,
+};
 pub use super::types_transfer::{ColorMap, Outline, PointConfig, ShapeConfig, TransferConfig};
 pub use super::types_volume::{
     Axis, Endian, FieldConfig, SheppLoganRotation, VolumeConfig, VoxelKind, WindowConfig,
@@ -112,6 +115,12 @@ pub enum CameraConfig {
         /// Distance of the plane in focus along the view axis, scene units. Default: the distance to `target`.
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         focus: Option<f64>,
+        /// More pictures, from a turn about `target`. Not together with `views`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        turntable: Option<TurntableConfig>,
+        /// More pictures, one per `[[camera.views]]` table: what each names replaces the camera's.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        views: Vec<ViewConfig>,
     },
     /// Parallel rays.
     Orthographic {
@@ -125,7 +134,41 @@ pub enum CameraConfig {
         /// Vertical extent of the image in scene units.
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         height: f64,
+        /// More pictures, from a turn about `target`. Not together with `views`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        turntable: Option<TurntableConfig>,
+        /// More pictures, one per `[[camera.views]]` table: what each names replaces the camera's.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        views: Vec<ViewConfig>,
     },
+}
+
+/// Pictures from around the target.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TurntableConfig {
+    /// How many pictures.
+    #[schemars(range(min = 1, max = 100_000))]
+    pub frames: u32,
+    /// How far the camera turns in all, in degrees, counterclockwise as seen from `axis`. The last picture lies a step
+    /// before that, so that a whole turn is a loop.
+    #[serde(default = "whole_turn")]
+    #[schemars(range(min = -36000.0, max = 36000.0))]
+    pub angle: f64,
+    /// The direction about which it turns, any length; not zero. Default: the camera's `up`.
+    pub axis: Option<[f64; 3]>,
+}
+
+/// A picture from elsewhere.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ViewConfig {
+    /// Where the camera stands, [x, y, z] in scene units.
+    pub position: Option<[f64; 3]>,
+    /// The point in the middle of the image, [x, y, z] in scene units; not `position`.
+    pub target: Option<[f64; 3]>,
+    /// The direction that is up in the image, any length; not parallel to the view.
+    pub up: Option<[f64; 3]>,
 }
 
 /// What rays see that leave the volume: a constant colour or an environment map. Default: black.
@@ -245,6 +288,10 @@ fn one() -> u64 {
 
 fn forty() -> f64 {
     40.0
+}
+
+fn whole_turn() -> f64 {
+    360.0
 }
 
 fn y_axis() -> [f64; 3] {

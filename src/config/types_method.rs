@@ -96,6 +96,135 @@ pub enum MethodConfig {
         #[schemars(range(min = 1, max = 64))]
         paths: Option<u32>,
     },
+    /// Light computed in the volume, then projected: direct light carried upwind from cell to cell, scattered light by
+    /// diffusion (Zhang & Ma 2013). Directional and point lights only.
+    ConvectionDiffusion {
+        /// Steps in time as published, or the state without time.
+        #[serde(default = "published")]
+        model: LightModel,
+        /// Steps in time (model "paper" only). Default: as many as light takes to cross the volume.
+        #[schemars(range(min = 1, max = 1_000_000))]
+        iterations: Option<u32>,
+        /// How far light moves in a step, in cells (model "paper" only); what is stable depends on the lights.
+        #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0, "default" = 0.5))]
+        courant: Option<f64>,
+        /// Share of its light that a cell of the largest extinction gives to each neighbour in a step (model "paper"
+        /// only); at most 1/6 is stable on cubic cells.
+        #[schemars(range(min = 0.0, max = 0.5), extend("default" = 0.1))]
+        spreading: Option<f64>,
+        /// Voxels per cell of the light volume along each axis.
+        #[serde(default = "one_voxel")]
+        #[schemars(range(min = 1, max = 8))]
+        coarsening: u32,
+        /// The same for direct light (model "steady" only), at most `coarsening`.
+        #[schemars(range(min = 1, max = 8), extend("default" = 1))]
+        direct_coarsening: Option<u32>,
+        /// How the diffusion equation is solved (model "steady" only).
+        steady: Option<SteadyConfig>,
+        /// A view ray stops when less than this part of the light gets through; 0 is never.
+        #[serde(default = "default_termination")]
+        #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
+        termination: f64,
+    },
+    /// Light computed in the volume, then projected: direct light by null-collision tracking from every cell towards
+    /// the lights, scattered light by diffusion (Lesar, Bohak and Marolt).
+    HybridDiffusion {
+        /// The diffusion equation without time, or steps in time as published.
+        #[serde(default)]
+        model: LightModel,
+        /// Estimates of each cell's direct light; with model "paper" each is followed by a step of diffusion.
+        #[serde(default = "thirty_two_estimates")]
+        #[schemars(range(min = 1, max = 1_000_000))]
+        iterations: u32,
+        /// Share of its light that a cell of the largest extinction gives to each neighbour in a step (model "paper"
+        /// only); at most 1/6 is stable on cubic cells.
+        #[schemars(range(min = 0.0, max = 0.5), extend("default" = 0.1))]
+        spreading: Option<f64>,
+        /// Voxels per cell of the light volume along each axis.
+        #[serde(default = "one_voxel")]
+        #[schemars(range(min = 1, max = 8))]
+        coarsening: u32,
+        /// The same for direct light (model "steady" only), at most `coarsening`.
+        #[schemars(range(min = 1, max = 8), extend("default" = 1))]
+        direct_coarsening: Option<u32>,
+        /// How the diffusion equation is solved (model "steady" only).
+        steady: Option<SteadyConfig>,
+        /// A view ray stops when less than this part of the light gets through; 0 is never.
+        #[serde(default = "default_termination")]
+        #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
+        termination: f64,
+    },
+}
+
+/// How light spreads in the volume.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum LightModel {
+    /// Without time: direct light as it arrives, scattered light by the steady diffusion equation.
+    #[default]
+    Steady,
+    /// Steps in time, whose number is part of the picture, as published.
+    Paper,
+}
+
+/// How the steady diffusion equation is solved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SteadyConfig {
+    /// The method.
+    pub solver: DiffusionSolver,
+    /// Largest residual relative to the source at which to stop.
+    #[schemars(range(min = 1e-12, max = 0.1))]
+    pub tolerance: f64,
+    /// How fluxes larger than fluences are avoided where the medium is thin.
+    pub limiter: FluxLimiter,
+    /// Least optical thickness (reduced) of the box's longest edge: where the medium is thinner than that, light
+    /// diffuses as if it were not.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
+    pub floor: f64,
+}
+
+impl Default for SteadyConfig {
+    fn default() -> Self {
+        Self {
+            solver: DiffusionSolver::Multigrid,
+            tolerance: 1e-5,
+            limiter: FluxLimiter::LevermorePomraning,
+            floor: 0.01,
+        }
+    }
+}
+
+/// A solver of the diffusion equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DiffusionSolver {
+    /// Conjugate gradients, preconditioned by a multigrid cycle.
+    Multigrid,
+    /// Conjugate gradients, preconditioned by the diagonal.
+    ConjugateGradients,
+    /// Red-black successive over-relaxation.
+    OverRelaxation,
+    /// Explicit steps in time.
+    Explicit,
+}
+
+/// How the diffusivity falls where fluences change within a mean free path (Levermore & Pomraning 1981).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FluxLimiter {
+    /// Not at all: classical diffusion.
+    None,
+    /// 1 / (3 + R).
+    Sum,
+    /// 1 / max(3, R).
+    Max,
+    /// 2 / (3 + sqrt(9 + 4 R²)) (Kershaw).
+    Kershaw,
+    /// (coth R - 1/R) / R.
+    LevermorePomraning,
+    /// (2 + R) / (6 + 3 R + R²).
+    Rational,
 }
 
 /// How the scattering methods estimate the transmittance between two points.
@@ -151,6 +280,18 @@ pub enum Compositing {
 
 fn one() -> f64 {
     1.0
+}
+
+fn one_voxel() -> u32 {
+    1
+}
+
+fn thirty_two_estimates() -> u32 {
+    32
+}
+
+fn published() -> LightModel {
+    LightModel::Paper
 }
 
 fn tenth() -> f64 {

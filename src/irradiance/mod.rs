@@ -6,9 +6,19 @@
 //!
 //! - `grid`: the cells
 //! - `medium`: the medium and its lights on the device, as the kernels of scattering read them
+//! - `direct_light`: unscattered light
+//! - `light`, `file`: what cameras project, on the device, as numbers, and in files
+//! - `lighting`: how it comes to be, step by step
 
+mod direct_light;
+mod file;
 mod grid;
+mod light;
+mod lighting;
 mod medium;
 
+pub use direct_light::DirectLight;
 pub use grid::{DeviceLightGrid, LightGrid};
+pub use light::{Directions, LightBuffers, LightData};
+pub use lighting::{LightFacts, Lighting, ScatteredLight};
 pub use medium::LitMedium;

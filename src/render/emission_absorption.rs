@@ -8,8 +8,12 @@ use crate::{Error, Result, device_struct};
 
 device_struct! {
     "types/method.cl",
-    /// Parameters of emission-absorption.
+    /// Parameters of emission-absorption, and of the projection of light volumes; see `cl/types/method.cl`.
     pub struct EmissionAbsorption {
+        /// Extinction per channel relative to sigma_t, the largest 1.
+        pub extinction: [f32; 4],
+        /// Mean cosines of the phase function's lobes, the share of the first, and the mean cosine of all.
+        pub phase: [f32; 4],
         /// Step size in local units.
         pub step: f32,
         /// Rays stop below this transmittance; 0 is never.
@@ -79,6 +83,8 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         .feature("LINEAR_COMPOSITING", linear)
         .feature("TRANSMITTANCE_ONLY", sigma_only);
     let parameters = EmissionAbsorption {
+        extinction: [1.0, 1.0, 1.0, 0.0],
+        phase: [0.0; 4],
         step: step.unwrap_or(1.0) as f32,
         min_transmittance: settings.termination as f32,
         max_depth: -settings.termination.ln() as f32,
@@ -113,5 +119,6 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         has_depth: false,
         notes: Vec::new(),
         details,
+        light: None,
     })
 }

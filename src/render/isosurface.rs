@@ -89,6 +89,7 @@ pub fn prepare(
         has_depth: true,
         notes,
         details,
+        light: None,
     }
 }
 

@@ -150,6 +150,32 @@ impl MediumTable {
         bytemuck::cast_slice(&entries).to_vec()
     }
 
+    /// The entries as the projection of light volumes reads them: per channel the albedo times the relative `extinction`,
+    /// then sigma_t times `largest`; with an `emission`, its product with the absorption after them.
+    pub fn device_sources(
+        &self,
+        albedo: [f64; 3],
+        extinction: [f64; 3],
+        largest: f64,
+        emission: Option<&[[f32; 4]]>,
+    ) -> Vec<u8> {
+        let mut values = Vec::with_capacity(self.entries.len() * 8);
+        for (index, &[r, g, b, sigma]) in self.entries.iter().enumerate() {
+            let albedo = [r * albedo[0], g * albedo[1], b * albedo[2]];
+            let sigma = sigma * largest;
+            values.extend(
+                albedo.iter().zip(extinction).map(|(albedo, extinction)| (albedo * extinction) as f32),
+            );
+            values.push(sigma as f32);
+            if let Some(emission) = emission {
+                let glow =
+                    |c: usize| sigma * extinction[c] * (1.0 - albedo[c]) * f64::from(emission[index][c]);
+                values.extend([glow(0), glow(1), glow(2), 0.0].map(|x| x as f32));
+            }
+        }
+        bytemuck::cast_slice(&values).to_vec()
+    }
+
     /// The extinction of every entry, per local unit, in the precision of the device; value fastest.
     pub fn sigmas(&self) -> Vec<f32> {
         self.entries.iter().map(|entry| entry[3] as f32).collect()

@@ -1,8 +1,9 @@
 //! What a rendering method is to the rest: a program, and the data its kernel reads.
 
 use super::grid::{BrickRanges, Grid};
+use super::light_volume::LightSetup;
 use super::local::LocalFrame;
-use super::{emission_absorption, isosurface, mip, scattering};
+use super::{emission_absorption, isosurface, light_volume, mip, scattering};
 use crate::device::ProgramSpec;
 use crate::picture::Environment;
 use crate::scene::{Method, Scene};
@@ -80,6 +81,8 @@ pub struct MethodSetup {
     pub notes: Vec<String>,
     /// How the method goes about it, one sentence each: for `check` alone.
     pub details: Vec<String>,
+    /// What computes the light in the volume, for methods that project it.
+    pub light: Option<Box<LightSetup>>,
 }
 
 /// What a method is made ready from.
@@ -113,5 +116,6 @@ pub fn prepare(input: &MethodInput<'_>, frame: &mut DeviceFrame) -> Result<Metho
             emission_absorption::prepare(input, settings, frame)
         }
         &Method::Scattering(settings) => scattering::prepare(input, settings, frame),
+        &Method::LightVolume(settings) => light_volume::prepare(input, settings, frame),
     }
 }

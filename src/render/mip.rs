@@ -61,5 +61,6 @@ pub fn prepare(input: &MethodInput<'_>, color: &MipColor) -> MethodSetup {
         has_depth: true,
         notes: Vec::new(),
         details: Vec::new(),
+        light: None,
     }
 }

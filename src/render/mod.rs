@@ -13,6 +13,7 @@ pub mod grid;
 mod host_memory;
 pub mod isosurface;
 mod ledger;
+pub mod light_volume;
 pub mod lights;
 mod load;
 pub mod local;

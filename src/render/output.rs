@@ -9,7 +9,9 @@ use super::state;
 use crate::Result;
 use crate::film::{FilmPixel, FilmSummary};
 use crate::picture::{Curve, Encoding, Picture, Tonemap};
-use crate::scene::{FilmSettings, Method, Orders, Scattering, Tonemap as SceneTonemap};
+use crate::scene::{
+    DirectLight, FilmSettings, LightVolume, Method, Orders, Scattering, Tonemap as SceneTonemap,
+};
 use std::time::Duration;
 
 /// A film read back, with what the metadata says about how it came to be.
@@ -146,6 +148,8 @@ pub fn method_name(method: &Method) -> &'static str {
         Method::EmissionAbsorption { .. } => "emission-absorption",
         Method::Scattering(Scattering { orders: Orders::Single, .. }) => "single-scattering",
         Method::Scattering(Scattering { orders: Orders::Multiple { .. }, .. }) => "multiple-scattering",
+        Method::LightVolume(LightVolume { direct: DirectLight::Convection, .. }) => "convection-diffusion",
+        Method::LightVolume(LightVolume { direct: DirectLight::Tracking { .. }, .. }) => "hybrid-diffusion",
     }
 }
 

@@ -165,6 +165,7 @@ impl Saved {
             tiles,
             launches: self.number("launches")?,
             device_time: self.seconds("seconds_device")?,
+            light: 1.0,
         };
         let (wall, build) = (self.seconds("seconds_wall")?, self.seconds("seconds_build")?);
         let paths = plan.method.paths.then(|| PathLedger::read(&self.picture.metadata)).transpose()?;

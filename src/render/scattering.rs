@@ -188,6 +188,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         has_depth: false,
         notes: Vec::new(),
         details: details.collect(),
+        light: None,
     })
 }
 
@@ -286,7 +287,7 @@ fn near_points(input: &MethodInput<'_>) -> bool {
     input.scene.lights.iter().any(near)
 }
 
-fn phase_parameters(phase: Phase) -> [f32; 4] {
+pub(super) fn phase_parameters(phase: Phase) -> [f32; 4] {
     match phase {
         Phase::Isotropic | Phase::Rayleigh => [0.0; 4],
         Phase::HenyeyGreenstein { g } => [g as f32, 0.0, 1.0, 0.0],
@@ -294,7 +295,7 @@ fn phase_parameters(phase: Phase) -> [f32; 4] {
     }
 }
 
-fn phase_define(phase: Phase) -> &'static str {
+pub(super) fn phase_define(phase: Phase) -> &'static str {
     match phase {
         Phase::Isotropic => "PHASE_ISOTROPIC",
         Phase::HenyeyGreenstein { .. } => "PHASE_HG",
@@ -371,7 +372,7 @@ fn occupied(input: &MethodInput<'_>, majorants: &Majorants) -> [[f32; 4]; 2] {
 }
 
 /// The emitted radiance of every entry of the table; `None` where nothing glows.
-fn emission(transfer: &Transfer, window: (f64, f64)) -> Result<Option<Vec<[f32; 4]>>> {
+pub(super) fn emission(transfer: &Transfer, window: (f64, f64)) -> Result<Option<Vec<[f32; 4]>>> {
     let emission = match transfer {
         Transfer::OneD(settings) => TransferFunction1d::from_settings(settings, window).emission,
         Transfer::TwoD(settings) => TransferFunction2d::from_settings(settings)?.emission,

@@ -6,8 +6,9 @@ use super::plan::Plan;
 use super::resume::SavedFilm;
 use crate::device::{Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, Pacer, Program, ProgramSpec};
 use crate::film::FilmPixel;
+use crate::irradiance::{LightBuffers, LightData, LightFacts, Lighting};
 use crate::{Error, Result};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
 pub(super) const TILE: u32 = 8;
@@ -55,6 +56,8 @@ pub struct Progress {
     pub launches: u64,
     /// Time spent in them.
     pub device_time: Duration,
+    /// Share of the light volume that is computed, 0 to 1; 1 for methods without.
+    pub light: f32,
 }
 
 /// What paths keep besides the film.
@@ -68,6 +71,12 @@ struct PathBuffers {
     tile_items: bool,
 }
 
+/// The light of methods that project it.
+enum Light {
+    Computing(Box<Lighting>),
+    Done(LightBuffers),
+}
+
 /// A render on a device. Samples are added launch by launch; the film is bit for bit the same however they are cut.
 pub struct Session {
     device: Device,
@@ -75,6 +84,9 @@ pub struct Session {
     inputs: Vec<Buffer<u8>>,
     film: Buffer<FilmPixel>,
     paths: Option<PathBuffers>,
+    light: Option<Light>,
+    light_facts: Option<LightFacts>,
+    light_time: Duration,
     has_auxiliary: bool,
     tiles: u32,
     pacer: Pacer,
@@ -92,6 +104,14 @@ impl Session {
     /// # Errors
     /// [`Error::Failed`] when the device lacks memory, or building or copying fails.
     pub fn new(device: Device, plan: &Plan<'_>) -> Result<Self> {
+        Self::lit(device, plan, None)
+    }
+
+    /// The same with a light volume that was computed before, for methods that project one.
+    ///
+    /// # Errors
+    /// As [`Session::new`].
+    pub fn lit(device: Device, plan: &Plan<'_>, light: Option<&LightData>) -> Result<Self> {
         plan.memory().check(device.info())?;
         let program = Program::build(&device, &specialise(plan, device.info()))?;
         let mut kernel = program.kernel(&device, plan.method.kernel)?;
@@ -128,11 +148,21 @@ impl Session {
         } else {
             None
         };
+        let light = match (&plan.method.light, light) {
+            (Some(setup), Some(data)) => {
+                Some(Light::Done(LightBuffers::upload(&device, setup.direct_grid, data)?))
+            }
+            (Some(setup), None) => Some(Light::Computing(Box::new(Lighting::new(&device, plan, setup)?))),
+            (None, _) => None,
+        };
         Ok(Self {
             kernel,
             inputs,
             film,
             paths,
+            light,
+            light_facts: None,
+            light_time: Duration::ZERO,
             has_auxiliary: plan.has_auxiliary(),
             tiles,
             pacer: Pacer::new(LAUNCH_TARGET),
@@ -151,7 +181,27 @@ impl Session {
 
     /// How far it has come.
     pub fn progress(&self) -> Progress {
-        self.progress
+        let light = match &self.light {
+            Some(Light::Computing(lighting)) => lighting.share(),
+            _ => 1.0,
+        };
+        Progress { light, ..self.progress }
+    }
+
+    /// The light volume, once it is computed, of methods that project one.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn light(&self) -> Result<Option<LightData>> {
+        match &self.light {
+            Some(Light::Done(buffers)) => Ok(Some(buffers.read(&self.device)?)),
+            _ => Ok(None),
+        }
+    }
+
+    /// What the computation of the light volume did, once it is done in this session.
+    pub fn light_facts(&self) -> Option<&LightFacts> {
+        self.light_facts.as_ref()
     }
 
     /// The device it runs on.
@@ -167,6 +217,9 @@ impl Session {
         let left = target.saturating_sub(self.progress.samples);
         if left == 0 {
             return Ok(());
+        }
+        if let Some(Light::Computing(_)) = self.light {
+            return self.step_light();
         }
         let units = self.pacer.next(u64::from(self.tiles).min(64)).min(self.launch_limit.unwrap_or(u64::MAX));
         let tiles = u64::from(self.tiles);
@@ -186,8 +239,27 @@ impl Session {
         Ok(())
     }
 
+    /// One step of the light volume, which comes before the first sample.
+    fn step_light(&mut self) -> Result<()> {
+        let Some(Light::Computing(lighting)) = &mut self.light else { return Ok(()) };
+        let start = Instant::now();
+        let done = lighting.step(&self.device)?;
+        let elapsed = start.elapsed();
+        self.progress.launches += 1;
+        self.progress.device_time += elapsed;
+        self.light_time += elapsed;
+        if let Some((buffers, facts)) = done {
+            self.light_facts = Some(LightFacts { seconds: self.light_time.as_secs_f64(), ..facts });
+            self.light = Some(Light::Done(buffers));
+        }
+        Ok(())
+    }
+
     fn launch(&mut self, first_tile: u32, tile_count: u32, samples: u32) -> Result<()> {
         let mut arguments: Vec<Arg<'_>> = self.inputs.iter().map(Arg::from).collect();
+        if let Some(Light::Done(light)) = &self.light {
+            arguments.extend(light.arguments());
+        }
         arguments.push((&self.film).into());
         let mut items = tile_count as usize * (TILE * TILE) as usize;
         if let Some(paths) = &self.paths {

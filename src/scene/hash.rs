@@ -12,14 +12,16 @@ const BYTES: usize = 16;
 /// Keys of the scene that leave the pixels of the EXR image alone.
 const WITHOUT_EFFECT: [&str; 2] = ["stop", "film"];
 
-/// SHA-256 of the canonical form of everything that determines the pixels, its first 16 bytes in hexadecimal.
+/// SHA-256 of the canonical form of everything that determines the pixels, but for the keys `without`: its first
+/// 16 bytes in hexadecimal.
 ///
 /// The canonical form is the scene as JSON with defaults filled in and keys sorted, so neither order nor
 /// comments nor the spelling of colours and lengths matter.
-pub(super) fn hash(config: &SceneConfig, with_seed: bool) -> String {
+pub(super) fn hash(config: &SceneConfig, without: &[&str]) -> String {
     let mut canonical = String::from("svetlo scene 1\n");
     if let Ok(Value::Object(mut scene)) = serde_json::to_value(config) {
-        scene.retain(|key, _| !WITHOUT_EFFECT.contains(&key.as_str()) && (with_seed || key != "seed"));
+        let counts = |key: &str| !WITHOUT_EFFECT.contains(&key) && !without.contains(&key);
+        scene.retain(|key, _| counts(key));
         write_sorted(&Value::Object(scene), &mut canonical);
     }
     let digest = Sha256::digest(canonical.as_bytes());

@@ -66,6 +66,8 @@ fn missing_sigma_max(method: &MethodConfig, cx: &mut Context<'_>) {
         MethodConfig::EmissionAbsorption { .. } => ("emission-absorption", "how much does opacity 1 absorb?"),
         MethodConfig::SingleScattering { .. } => ("single-scattering", "how dense is opacity 1?"),
         MethodConfig::MultipleScattering { .. } => ("multiple-scattering", "how dense is opacity 1?"),
+        MethodConfig::ConvectionDiffusion { .. } => ("convection-diffusion", "how dense is opacity 1?"),
+        MethodConfig::HybridDiffusion { .. } => ("hybrid-diffusion", "how dense is opacity 1?"),
         MethodConfig::Mip { .. } | MethodConfig::Isosurface { .. } => return,
     };
     let place = if cx.has("medium") { "medium" } else { "method.kind" };

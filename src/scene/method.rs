@@ -1,6 +1,7 @@
 //! The rendering method.
 
 use super::context::Context;
+use super::light_volume::{self, LightVolume};
 use crate::config::types::{ColorMap, Compositing, Domain, MethodConfig, QuadratureConfig, Transmittance};
 
 /// A rendering method and its parameters.
@@ -31,6 +32,8 @@ pub enum Method {
     },
     /// The volume scatters light.
     Scattering(Scattering),
+    /// The volume scatters light, which is computed in its cells and projected.
+    LightVolume(LightVolume),
 }
 
 /// What the scattering methods share.
@@ -130,11 +133,14 @@ pub(super) fn method(config: &MethodConfig, cx: &mut Context<'_>) -> Method {
             let orders = Orders::Multiple { max };
             Method::Scattering(Scattering { orders, transmittance, majorant_scale, paths })
         }
+        MethodConfig::ConvectionDiffusion { .. } | MethodConfig::HybridDiffusion { .. } => {
+            Method::LightVolume(light_volume::light_volume(config, cx))
+        }
     }
 }
 
-/// True if the method scatters light, and so reads `[phase]` and all of `[medium]`.
-pub(super) fn is_scattering(config: &MethodConfig) -> bool {
+/// True if the method follows paths from the camera, and so can make auxiliary images.
+pub(super) fn follows_paths(config: &MethodConfig) -> bool {
     matches!(config, MethodConfig::SingleScattering { .. } | MethodConfig::MultipleScattering { .. })
 }
 

@@ -10,6 +10,7 @@ mod camera;
 mod context;
 mod hash;
 mod light;
+mod light_volume;
 mod medium;
 mod method;
 mod output;
@@ -22,6 +23,7 @@ use std::path::Path;
 
 pub use camera::{Camera, CameraKind};
 pub use light::{Background, Light};
+pub use light_volume::{DirectLight, LightVolume, ScatteredLight, Steady};
 pub use medium::{Medium, Phase, ScatteringMedium};
 pub use method::{Material, Method, MipColor, Orders, Quadrature, Scattering};
 pub use output::{FilmSettings, Image, Stop};
@@ -30,8 +32,8 @@ pub use volume::{FieldKind, Origin, Volume, VolumeSource};
 
 /// Words of the scene language that need no validation.
 pub use crate::config::types::{
-    Axis, ColorMap, Compositing, Domain, Endian, EnvironmentSampling, Filter, Outline, SheppLoganRotation,
-    Tonemap, Transmittance, VoxelKind,
+    Axis, ColorMap, Compositing, DiffusionSolver, Domain, Endian, EnvironmentSampling, Filter, FluxLimiter,
+    Outline, SheppLoganRotation, Tonemap, Transmittance, VoxelKind,
 };
 
 use crate::config::{self, Loaded};
@@ -67,11 +69,26 @@ pub struct Scene {
     pub stop: Stop,
     /// Seed of the random numbers.
     pub seed: u64,
+    /// The pictures to render, of which the first is that of `camera`; one unless the scene has a turntable or views.
+    pub views: Vec<View>,
     /// Identifies what determines the pixels: all of the scene file but `[stop]` and `[film]`, as 32
     /// hexadecimal digits. Independent of the order of keys, comments, and how a colour is spelt.
     /// Files are covered by their names as written, not by their contents.
     pub hash: String,
     /// Like `hash`, without the seed: equal for independent renders of one image.
+    pub seedless_hash: String,
+    /// Like `hash`, without the camera and the image: equal for scenes whose volumes are lit alike.
+    pub light_hash: String,
+}
+
+/// One picture of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// From where.
+    pub camera: Camera,
+    /// The hash of the scene with this camera alone.
+    pub hash: String,
+    /// The same without the seed.
     pub seedless_hash: String,
 }
 
@@ -94,7 +111,7 @@ impl Scene {
         let mut context = Context::new(&loaded.document, folder);
         let cx = &mut context;
         let image = output::image(&config.image, cx);
-        let camera = camera::camera(&config.camera, cx);
+        let views = views(config, cx);
         let volume = volume::volume(&config.volume, cx);
         let transfer = transfer::transfer(&config.transfer, cx);
         let medium = medium::medium(&config.medium, &config.method, cx);
@@ -104,10 +121,10 @@ impl Scene {
         let method = method::method(&config.method, cx);
         let film = output::film(&config.film, &config.method, cx);
         let problems = context.into_problems();
-        match (camera, volume, transfer) {
-            (Some(camera), Some(volume), Some(transfer)) if problems.is_empty() => Ok(Self {
+        match (views, volume, transfer) {
+            (Some(views), Some(volume), Some(transfer)) if problems.is_empty() => Ok(Self {
                 image,
-                camera,
+                camera: views[0].camera.clone(),
                 volume,
                 medium,
                 scattering,
@@ -119,10 +136,30 @@ impl Scene {
                 film,
                 stop: output::stop(&config.stop),
                 seed: config.seed,
-                hash: hash::hash(config, true),
-                seedless_hash: hash::hash(config, false),
+                hash: views[0].hash.clone(),
+                seedless_hash: views[0].seedless_hash.clone(),
+                light_hash: hash::hash(config, &["camera", "image"]),
+                views,
             }),
             _ => Err(loaded.document.error(&problems)),
         }
     }
+
+    /// The scene of one of its views alone.
+    pub fn of_view(&self, view: &View) -> Self {
+        let View { camera, hash, seedless_hash } = view.clone();
+        Self { camera, hash, seedless_hash, views: vec![view.clone()], ..self.clone() }
+    }
+}
+
+/// The views of a scene, at least one; `None` where a camera is wrong.
+fn views(config: &config::SceneConfig, cx: &mut Context<'_>) -> Option<Vec<View>> {
+    let cameras = camera::cameras(&config.camera, cx)?;
+    let view = |(index, alone): (usize, config::types::CameraConfig)| {
+        let camera = camera::camera(&alone, &format!("camera.views.{index}"), cx)?;
+        let alone = config::SceneConfig { camera: alone, ..config.clone() };
+        let (hash, seedless_hash) = (hash::hash(&alone, &[]), hash::hash(&alone, &["seed"]));
+        Some(View { camera, hash, seedless_hash })
+    };
+    cameras.into_iter().enumerate().map(view).collect()
 }

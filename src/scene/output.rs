@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::context::Context;
-use super::method::is_scattering;
+use super::method::follows_paths;
 use crate::config::types::{FilmConfig, Filter, ImageConfig, MethodConfig, StopConfig, Tonemap};
 
 /// Most pixels of an image: indices and buffer sizes stay well inside 32 bits.
@@ -56,7 +56,7 @@ pub(super) fn image(config: &ImageConfig, cx: &mut Context<'_>) -> Image {
 }
 
 pub(super) fn film(config: &FilmConfig, method: &MethodConfig, cx: &mut Context<'_>) -> FilmSettings {
-    if config.auxiliary && !is_scattering(method) {
+    if config.auxiliary && !follows_paths(method) {
         let label = "this method makes no such channels";
         cx.wrong("film.auxiliary", "`film.auxiliary` needs a scattering method", label);
     }

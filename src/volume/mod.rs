@@ -21,6 +21,7 @@ mod voxels;
 use glam::DVec3;
 
 pub use error::{GridError, VolumeError, VolumeErrorKind};
+pub use nrrd::Components;
 pub use raw::RawOptions;
 pub use read::read;
 pub use stored::{Endian, StoredType};

@@ -2,16 +2,113 @@
 //!
 //! Source: G. Kindlmann, *Definition of the NRRD File Format* (Teem). Of the orientation only the spacing is used.
 
-use super::Volume;
 use super::error::VolumeError;
 use super::payload::{Coding, Excess, Payload, Start};
 use super::source::{self, HeaderLines, three_axes};
 use super::stored::{Endian, StoredType, supported_types};
-use std::io::{BufRead, BufReader};
+use super::{Volume, Voxels};
+use crate::picture::write_atomically;
+use glam::DVec3;
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 /// More axes than this are no array but damage; the format itself allows 16.
 const MAX_AXES: usize = 16;
+
+/// A grid of several numbers per cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Components {
+    /// Numbers per cell.
+    pub count: usize,
+    /// Cells along x, y and z.
+    pub dims: [usize; 3],
+    /// Distance between cells along x, y and z, scene units.
+    pub spacing: DVec3,
+    /// Centre of the first cell, scene units.
+    pub origin: DVec3,
+    /// Keys and values of the header: free text about the data.
+    pub keys: Vec<(String, String)>,
+    /// The numbers: component fastest, then x.
+    pub values: Vec<f32>,
+}
+
+impl Components {
+    /// Reads a NRRD file whose first axis is that of the components, as [`Components::write`] writes it; spacing and
+    /// origin are not read.
+    ///
+    /// # Errors
+    /// [`VolumeError`] when the file is not of that form, or damaged.
+    pub fn read(path: &Path) -> Result<Self, VolumeError> {
+        let header = Header::read(path)?;
+        let sizes = header.sizes()?;
+        let right = || {
+            header.wrong("sizes", header.get("sizes").unwrap_or_default(), "four sizes above 0 are needed")
+        };
+        let all: Option<Vec<usize>> =
+            sizes.iter().map(|&n| usize::try_from(n).ok().filter(|&n| n > 0)).collect();
+        let all: [usize; 4] = all.and_then(|all| all.try_into().ok()).ok_or_else(right)?;
+        let [count, nx, ny, nz] = all;
+        if header.kind()? != StoredType::F32 {
+            return Err(header.wrong("type", header.need("type")?, "it must be `float`"));
+        }
+        let coding = header.coding()?;
+        let (file, base) = header.data()?;
+        let (start, skip) = header.start(&file, base, coding)?;
+        let payload = Payload {
+            path: &file,
+            // The components of a row of cells follow each other.
+            dims: [count.checked_mul(nx).ok_or_else(right)?, ny, nz],
+            kind: StoredType::F32,
+            order: header.order(StoredType::F32, coding)?,
+            coding,
+            start,
+            skip,
+            excess: Excess::Refuse,
+        };
+        let volume = payload.volume(DVec3::ONE, Vec::new())?;
+        if volume.nan + volume.infinite > 0 {
+            let found = volume.nan + volume.infinite;
+            return Err(header.malformed(format!("{found} of its numbers are not finite"), "compute it anew"));
+        }
+        let values = match volume.voxels {
+            Voxels::F32(store) => store.to_vec(),
+            _ => return Err(header.malformed("its numbers are not float32", "compute it anew")),
+        };
+        let keys = header.keys;
+        Ok(Self { count, dims: [nx, ny, nz], spacing: DVec3::ONE, origin: DVec3::ZERO, keys, values })
+    }
+
+    /// Writes a NRRD file of raw little-endian floats, replacing the file whole or not at all.
+    ///
+    /// # Errors
+    /// [`crate::Error::Failed`] with the path and the cause.
+    pub fn write(&self, path: &Path) -> crate::Result<()> {
+        write_atomically(path, |out| {
+            let [nx, ny, nz] = self.dims;
+            let [hx, hy, hz] = self.spacing.to_array();
+            let [ox, oy, oz] = self.origin.to_array();
+            writeln!(out, "NRRD0005")?;
+            writeln!(out, "type: float\ndimension: 4\nsizes: {} {nx} {ny} {nz}", self.count)?;
+            writeln!(out, "kinds: list domain domain domain\nspace dimension: 3")?;
+            writeln!(out, "space directions: none ({hx},0,0) (0,{hy},0) (0,0,{hz})")?;
+            writeln!(out, "space origin: ({ox},{oy},{oz})\nendian: little\nencoding: raw")?;
+            for (key, value) in &self.keys {
+                writeln!(out, "{key}:={value}")?;
+            }
+            writeln!(out)?;
+            for part in self.values.chunks(1 << 14) {
+                let bytes: Vec<u8> = part.iter().flat_map(|value| value.to_le_bytes()).collect();
+                out.write_all(&bytes)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// The value of a key of the header.
+    pub fn key(&self, key: &str) -> Option<&str> {
+        self.keys.iter().find(|(name, _)| name == key).map(|(_, value)| value.as_str())
+    }
+}
 
 /// Reads a NRRD volume.
 pub(super) fn read(path: &Path) -> Result<Volume, VolumeError> {
@@ -47,6 +144,8 @@ struct Header<'a> {
     path: &'a Path,
     /// Lower-case name and description of each field, synonyms resolved.
     fields: Vec<(String, String)>,
+    /// Free text about the data.
+    keys: Vec<(String, String)>,
     /// The byte behind the blank line that ends an attached header.
     end: Option<u64>,
 }
@@ -56,7 +155,7 @@ impl<'a> Header<'a> {
         let mut lines = HeaderLines::open(path)?;
         let magic = lines.next()?.unwrap_or_default();
         check_magic(path, magic.trim_end())?;
-        let mut header = Self { path, fields: Vec::new(), end: None };
+        let mut header = Self { path, fields: Vec::new(), keys: Vec::new(), end: None };
         let mut number = 1;
         while let Some(line) = lines.next()? {
             number += 1;
@@ -79,8 +178,9 @@ impl<'a> Header<'a> {
                 self.malformed(problem, "write `field: value`, `key:=value`, `# comment` or a blank line")
             );
         };
-        if description.starts_with('=') {
-            return Ok(()); // a key/value pair: free text about the data
+        if let Some(value) = description.strip_prefix('=') {
+            self.keys.push((name.to_owned(), value.trim_end().to_owned()));
+            return Ok(());
         }
         let name = resolve(&name.trim().to_lowercase()).to_owned();
         if self.get(&name).is_some() {

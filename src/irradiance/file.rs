@@ -1,0 +1,105 @@
+//! Light volumes in files: NRRD, with what tells which scene's light they hold.
+
+use super::LightData;
+use super::light::Directions;
+use crate::render::Plan;
+use crate::volume::Components;
+use crate::{Error, Result};
+use glam::DVec3;
+use std::path::Path;
+
+/// What a file says that it is; a later format has another number.
+const FORMAT: &str = "light volume 1";
+const COMPONENTS: [&str; 12] = [
+    "fluence.R",
+    "fluence.G",
+    "fluence.B",
+    "direct.R",
+    "direct.G",
+    "direct.B",
+    "drift.X",
+    "drift.Y",
+    "drift.Z",
+    "flow.X",
+    "flow.Y",
+    "flow.Z",
+];
+
+impl LightData {
+    /// Writes a NRRD file: per cell the fluence of all light and that of unscattered light (RGB), and in media that do
+    /// not scatter into all directions alike both mean directions (flux over fluence): of all but unscattered light
+    /// (`drift`), and of unscattered light (`flow`). `data_hash`: of [`data_hash`](crate::render::data_hash).
+    ///
+    /// # Errors
+    /// [`Error::Failed`] with the path and the cause.
+    pub fn write(&self, path: &Path, plan: &Plan<'_>, data_hash: &str) -> Result<()> {
+        let count = if self.directions.is_some() { 12 } else { 6 };
+        let mut values = Vec::with_capacity(count * self.fluence.len());
+        for i in 0..self.fluence.len() {
+            values.extend(self.fluence[i]);
+            values.extend(self.direct[i]);
+            if let Some(Directions { drift, flow }) = &self.directions {
+                values.extend(drift[i]);
+                values.extend(flow[i]);
+            }
+        }
+        let box_size = plan.local.size() * plan.local.unit;
+        let spacing = box_size / DVec3::from_array(self.dims.map(|n| n as f64));
+        let keys = [
+            ("svetlo", FORMAT.to_owned()),
+            ("svetlo.components", COMPONENTS[..count].join(" ")),
+            ("svetlo.version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("svetlo.light_hash", plan.scene.light_hash.clone()),
+            ("svetlo.data_hash", data_hash.to_owned()),
+        ];
+        let keys = keys.map(|(key, value)| (key.to_owned(), value)).to_vec();
+        let origin = plan.local.origin + 0.5 * spacing;
+        Components { count, dims: self.dims, spacing, origin, keys, values }.write(path)
+    }
+
+    /// Reads the light of the plan's scene from a file that [`LightData::write`] wrote.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when the file is none, or holds the light of another scene or other data.
+    pub fn read(path: &Path, plan: &Plan<'_>, data_hash: &str) -> Result<Self> {
+        let refuse = |what: String| {
+            let remedy = "compute the light anew by leaving --load-light out";
+            Error::Input(format!("{}: {what}; {remedy}", path.display()))
+        };
+        let Some(setup) = &plan.method.light else {
+            return Err(refuse("this scene's method projects no light volume".into()));
+        };
+        let file = Components::read(path)?;
+        if file.key("svetlo") != Some(FORMAT) {
+            return Err(refuse(format!("is no {FORMAT} of svetlo (svetlo:={FORMAT})")));
+        }
+        let wanted = [
+            ("svetlo.light_hash", "was computed for another scene", plan.scene.light_hash.as_str()),
+            ("svetlo.data_hash", "was computed from other data", data_hash),
+        ];
+        for (key, what, wanted) in wanted {
+            let found = file.key(key).unwrap_or("unknown");
+            if found != wanted {
+                return Err(refuse(format!("{what} ({key} is {found}, here {wanted})")));
+            }
+        }
+        let (dims, directed) = (setup.direct_grid.dims, setup.is_directed());
+        let count = if directed { 12 } else { 6 };
+        if file.dims != dims || file.count != count {
+            let [nx, ny, nz] = dims;
+            let [mx, my, mz] = file.dims;
+            let found = file.count;
+            return Err(refuse(format!(
+                "has {found} numbers in each of {mx}×{my}×{mz} cells, this scene needs {count} in {nx}×{ny}×{nz}"
+            )));
+        }
+        let triple = |first: usize| -> Vec<[f32; 3]> {
+            file.values
+                .chunks_exact(count)
+                .map(|cell| [cell[first], cell[first + 1], cell[first + 2]])
+                .collect()
+        };
+        let directions = directed.then(|| Directions { drift: triple(6), flow: triple(9) });
+        Ok(Self { dims, fluence: triple(0), direct: triple(3), directions })
+    }
+}

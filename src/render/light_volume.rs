@@ -1,0 +1,145 @@
+//! Light volumes: what computes them is in [`crate::irradiance`], the projection is `cl/render/light_volume.cl`.
+
+use super::emission_absorption::EmissionAbsorption;
+use super::medium::{BRICK_STRAIGHT, MediumTable};
+use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
+use super::scattering;
+use crate::Result;
+use crate::device::ProgramSpec;
+use crate::irradiance::LightGrid;
+use crate::scene::{LightVolume, Orders, Phase, Scattering, Transfer, Transmittance};
+
+/// What computes a light volume, made ready on the host.
+pub struct LightSetup {
+    /// The settings.
+    pub settings: LightVolume,
+    /// The medium and its lights as kernels that track light read them.
+    pub transport: MethodSetup,
+    /// The phase function.
+    pub phase: Phase,
+    /// Cells of unscattered light, and of the volume that is projected.
+    pub direct_grid: LightGrid,
+    /// Cells of scattered light.
+    pub scattered_grid: LightGrid,
+}
+
+impl LightSetup {
+    /// Whether the light volume keeps directions.
+    pub fn is_directed(&self) -> bool {
+        !is_isotropic(self.phase)
+    }
+}
+
+/// The mean cosine of a phase function.
+pub fn mean_cosine(phase: Phase) -> f64 {
+    match phase {
+        Phase::Isotropic | Phase::Rayleigh => 0.0,
+        Phase::HenyeyGreenstein { g } => g,
+        Phase::TwoLobe { g, weight } => weight * g[0] + (1.0 - weight) * g[1],
+    }
+}
+
+/// Whether light is scattered into all directions alike.
+pub fn is_isotropic(phase: Phase) -> bool {
+    match phase {
+        Phase::Isotropic => true,
+        Phase::Rayleigh => false,
+        Phase::HenyeyGreenstein { g } => g == 0.0,
+        Phase::TwoLobe { g, weight } => (g[0] == 0.0 || weight == 0.0) && (g[1] == 0.0 || weight == 1.0),
+    }
+}
+
+/// Makes the method ready.
+///
+/// # Errors
+/// [`crate::Error::Input`] when a 2-D table cannot be read, or the medium is too dense to track light through it.
+pub fn prepare(
+    input: &MethodInput<'_>,
+    settings: LightVolume,
+    frame: &mut DeviceFrame,
+) -> Result<MethodSetup> {
+    let scene = input.scene;
+    // Kernels of light volumes read the medium as single scattering does.
+    let tracking = Scattering {
+        orders: Orders::Single,
+        transmittance: Transmittance::Auto,
+        majorant_scale: 1.0,
+        paths: None,
+    };
+    let transport = scattering::prepare(input, tracking, frame)?;
+    let table = MediumTable::new(&scene.transfer, &scene.medium, input.window, input.local.unit)?;
+    let chromatic = scene.scattering.extinction_color;
+    let largest = chromatic.map_or(1.0, |color| color.into_iter().fold(0.0, f64::max));
+    let extinction = chromatic.unwrap_or([1.0; 3]).map(|e| e / largest);
+    let albedo = scene.scattering.albedo;
+    let emission = scattering::emission(&scene.transfer, input.window)?;
+    let two_d = matches!(scene.transfer, Transfer::TwoD(_));
+    let directed = !is_isotropic(scene.phase);
+    let mut spec = ProgramSpec::new("render/light_volume.cl")
+        .feature("TF_2D", two_d)
+        .feature("CHROMATIC", chromatic.is_some())
+        .feature("EMISSION", emission.is_some())
+        .feature("DIRECTED", directed);
+    if directed {
+        spec = spec.define(scattering::phase_define(scene.phase), "1");
+    } else {
+        spec = spec.define("PHASE_ISOTROPIC", "1");
+    }
+    let [g0, g1, weight, _] = scattering::phase_parameters(scene.phase);
+    let [r, g, b] = extinction.map(|e| e as f32);
+    let parameters = EmissionAbsorption {
+        extinction: [r, g, b, 0.0],
+        phase: [g0, g1, weight, mean_cosine(scene.phase) as f32],
+        step: 1.0,
+        min_transmittance: settings.termination as f32,
+        max_depth: -settings.termination.ln() as f32,
+        radiance: 1.0,
+        empty_value: table.empty_value() as f32,
+        pad_0: 0,
+        pad_1: 0,
+        pad_2: 0,
+    };
+    let classes = table.classify(input.bricks, input.grid);
+    let bricks = input.bricks.ranges.len();
+    let occupied = classes[..bricks].iter().filter(|&&class| class >= BRICK_STRAIGHT).count();
+    let kinks = table.kinks();
+    let [direct_grid, scattered_grid] = [settings.direct_coarsening, settings.coarsening]
+        .map(|coarsening| LightGrid::new(input.local, coarsening));
+    let cells = |grid: &LightGrid| format!("{}×{}×{}", grid.dims[0], grid.dims[1], grid.dims[2]);
+    let details = vec![
+        format!("{occupied} of {bricks} bricks can hold extinction"),
+        format!(
+            "direct light in {} cells, scattered light in {} cells",
+            cells(&direct_grid),
+            cells(&scattered_grid)
+        ),
+    ];
+    Ok(MethodSetup {
+        spec,
+        kernel: "render_light_volume",
+        parameters: HostBuffer::new("method parameters", &[parameters]),
+        tables: vec![
+            HostBuffer { name: "brick classes", bytes: classes },
+            HostBuffer {
+                name: "transfer function",
+                bytes: table.device_sources(albedo, extinction, largest, emission.as_deref()),
+            },
+            HostBuffer::new("kinks before each entry", &table.kinks_before(&kinks)),
+            HostBuffer::new("kinks of the transfer function", &kinks),
+        ],
+        value_units: table.intervals(),
+        random: false,
+        lanes: false,
+        paths: false,
+        has_depth: false,
+        notes: Vec::new(),
+        details,
+        light: Some(Box::new(LightSetup {
+            settings,
+            transport,
+            phase: scene.phase,
+            direct_grid,
+            scattered_grid,
+        })),
+    })
+}
