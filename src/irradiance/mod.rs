@@ -5,20 +5,30 @@
 //! scene's lights, as irradiances and π-less radiances integrated over directions; lengths are local units.
 //!
 //! - `grid`: the cells
-//! - `medium`: the medium and its lights on the device, as the kernels of scattering read them
+//! - `medium`, `cells`: the medium and its lights on the device, as kernels of scattering read them, and its averages
 //! - `direct_light`: unscattered light
+//! - `carried`, `convection`: by upwind convection, in steps or at once
+//! - `spreading`: scattered light by explicit diffusion
+//! - `lighting`: how a light volume comes to be, step by step
 //! - `light`, `file`: what cameras project, on the device, as numbers, and in files
-//! - `lighting`: how it comes to be, step by step
 
+mod carried;
+mod cells;
+mod convection;
 mod direct_light;
 mod file;
 mod grid;
 mod light;
 mod lighting;
 mod medium;
+mod spreading;
 
+pub use carried::{CarriedLight, check_courant, crossing_steps, largest_courant, refusal, unlit_by};
+pub use cells::Cells;
+pub use convection::{Carrying, Convection, SteadyLight, steady_light, steady_memory};
 pub use direct_light::DirectLight;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use light::{Directions, LightBuffers, LightData};
 pub use lighting::{LightFacts, Lighting, ScatteredLight};
 pub use medium::LitMedium;
+pub use spreading::{Spreading, check_diffusion, largest_diffusion};

@@ -14,11 +14,13 @@
 //! - [`lights`]: direct light at a point, and the environment map
 //! - [`scattering`]: plain Monte Carlo for any scene, and single scattering in a homogeneous box by quadrature
 //! - [`slab`], [`half_space`]: layers, half spaces and infinite media that scatter, by transport theory
+//! - [`convection`]: direct light by upwind differences, scattered light by explicit diffusion
 //! - [`diffusion`]: the steady diffusion equation by conjugate gradients
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
 
 pub mod camera;
+pub mod convection;
 pub mod cubic;
 pub mod diffusion;
 pub mod emission_absorption;

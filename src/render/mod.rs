@@ -58,5 +58,6 @@ pub const LAYOUTS: &[StructLayout] = &[
     ledger::Ledger::LAYOUT,
     auxiliary::Auxiliary::LAYOUT,
     crate::irradiance::DeviceLightGrid::LAYOUT,
+    crate::irradiance::CarriedLight::LAYOUT,
     crate::diffusion::DeviceDiffusionGrid::LAYOUT,
 ];

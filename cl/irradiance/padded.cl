@@ -1,0 +1,38 @@
+// Boxes with one more cell on every side, which holds what comes in from outside: kernels read neighbours unasked.
+#include "irradiance/grid.cl"
+
+INLINE int padded_row(__constant struct LightGrid *grid) {
+    return grid->dims.x + 2;
+}
+
+INLINE int padded_slice(__constant struct LightGrid *grid) {
+    return (grid->dims.x + 2) * (grid->dims.y + 2);
+}
+
+// The element of a cell; coordinates from -1 to the number of cells.
+INLINE int padded_at(__constant struct LightGrid *grid, int x, int y, int z) {
+    return (x + 1) + padded_row(grid) * (y + 1) + padded_slice(grid) * (z + 1);
+}
+
+// The element of a cell in a box without padding.
+INLINE int plain_at(__constant struct LightGrid *grid, int x, int y, int z) {
+    return x + grid->dims.x * (y + grid->dims.y * z);
+}
+
+INLINE bool is_cell(__constant struct LightGrid *grid, int x, int y, int z) {
+    return x >= 0 && x < grid->dims.x && y >= 0 && y < grid->dims.y && z >= 0 && z < grid->dims.z;
+}
+
+// The work-item's cell x, y, z; it ends where there is none.
+#define FIND_LIGHT_CELL                                                                     \
+    int x = (int)get_global_id(0);                                                          \
+    int y = (int)get_global_id(1);                                                          \
+    int z = (int)get_global_id(2);                                                          \
+    if (x >= grid->dims.x || y >= grid->dims.y || z >= grid->dims.z) return;
+
+// The work-item's element of the padded box, x, y, z from -1 on; it ends where there is none.
+#define FIND_PADDED_CELL                                                                    \
+    int x = (int)get_global_id(0) - 1;                                                      \
+    int y = (int)get_global_id(1) - 1;                                                      \
+    int z = (int)get_global_id(2) - 1;                                                      \
+    if (x > grid->dims.x || y > grid->dims.y || z > grid->dims.z) return;
