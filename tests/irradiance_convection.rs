@@ -1,8 +1,8 @@
 //! Upwind convection of direct light against closed forms and against its twin in double precision.
 
-mod common;
 #[path = "common/cells.rs"]
 mod cells;
+mod common;
 
 use cells::Medium;
 use common::{EPS, close, device, largest, log_slope, report, scene};
@@ -79,7 +79,8 @@ fn unattenuated(medium: &Medium, light: &Light, i: usize) -> [f64; 3] {
         Light::Point { position, intensity } => {
             let volume = medium.grid.cell.element_product();
             let ball = (0.75 * volume / std::f64::consts::PI).cbrt();
-            let r2 = (medium.centre(i) - medium.local.point(position)).length_squared().max(ball * ball / 3.0);
+            let r2 =
+                (medium.centre(i) - medium.local.point(position)).length_squared().max(ball * ball / 3.0);
             intensity.map(|intensity| intensity / (r2 * medium.local.unit.powi(2)))
         }
         Light::Rectangle { .. } => unreachable!("no rectangles here"),
@@ -181,7 +182,8 @@ fn steps_come_to_rest_at_their_closed_form() {
 #[test]
 fn light_has_crossed_a_vacuum_after_the_steps_that_are_said() {
     let medium = Medium::grey([17, 6, 9], DVec3::new(1.0, 1.5, 1.0), |_| [0.0; 2]);
-    let directions = [DVec3::X, DVec3::new(1.0, -1.0, 1.0), DVec3::new(0.2, 1.0, -0.1), DVec3::new(-1.0, 0.0, 2.0)];
+    let directions =
+        [DVec3::X, DVec3::new(1.0, -1.0, 1.0), DVec3::new(0.2, 1.0, -0.1), DVec3::new(-1.0, 0.0, 2.0)];
     for courant in [0.2, 0.5] {
         let steps = crossing_steps(&medium.grid, courant);
         for direction in directions {
@@ -267,7 +269,8 @@ fn the_largest_courant_number_is_that_of_the_fastest_cell() {
             // By looking: a fine lattice between the cells' centres.
             Source::Point(p) => {
                 let span = medium.grid.cell * DVec3::new(8.0, 6.0, 4.0);
-                let at = |k: usize| DVec3::new((k % 41) as f64, (k / 41 % 41) as f64, (k / 1681) as f64) / 40.0;
+                let at =
+                    |k: usize| DVec3::new((k % 41) as f64, (k / 41 % 41) as f64, (k / 1681) as f64) / 40.0;
                 largest((0..41_usize.pow(3)).map(|k| {
                     let away = 0.5 * medium.grid.cell + at(k) * span - p;
                     if away == DVec3::ZERO { 0.0 } else { rate(away.normalize()) }
@@ -276,7 +279,10 @@ fn the_largest_courant_number_is_that_of_the_fastest_cell() {
         };
         // The lattice misses the fastest direction by 1/40 of the span, seen from half a cell at least; the rate varies
         // with the square of the angle.
-        assert!(1.0 / found >= bound * (1.0 - 1e-12) && 1.0 / found <= bound * 1.05, "{light:?} {found} {bound}");
+        assert!(
+            1.0 / found >= bound * (1.0 - 1e-12) && 1.0 / found <= bound * 1.05,
+            "{light:?} {found} {bound}"
+        );
     }
     let close = check_courant(0.0, &[], &medium.grid, &medium.local).unwrap_err().to_string();
     assert!(close.contains("`courant` = 0 must be above 0"), "{close}");
@@ -318,8 +324,7 @@ fn cells_near_a_point_light_in_the_box_keep_its_light_however_dense_the_medium()
     let medium = Medium::grey([9, 9, 9], DVec3::ONE, |_| [0.0, 50.0]);
     let light = point(&medium, DVec3::splat(4.5));
     let courant = largest_courant(&[light], &medium.grid, &medium.local);
-    let forms =
-        [steady_fluence(&medium, &[light], GREY), explicit(&medium, &[light], GREY, courant, 40)];
+    let forms = [steady_fluence(&medium, &[light], GREY), explicit(&medium, &[light], GREY, courant, 40)];
     for fluence in forms {
         for (i, share) in shares(&medium, &light, &fluence, 1).into_iter().enumerate() {
             let cells = (medium.centre(i) - 4.5).length_squared();
@@ -337,7 +342,8 @@ fn lights_add_up() {
     let medium = Medium::random([9, 7, 8], DVec3::new(1.0, 1.0, 1.5), true, 23);
     let all: Vec<Light> = lights(&medium).into_iter().take(5).collect();
     for form in [
-        &(|lights: &[Light]| steady_fluence(&medium, lights, CHROMATIC)) as &dyn Fn(&[Light]) -> Vec<[f32; 4]>,
+        &(|lights: &[Light]| steady_fluence(&medium, lights, CHROMATIC))
+            as &dyn Fn(&[Light]) -> Vec<[f32; 4]>,
         &|lights: &[Light]| explicit(&medium, lights, CHROMATIC, 0.4, 30),
     ] {
         let together = form(&all);
@@ -371,10 +377,9 @@ fn extinctions_of_twelve_decades_give_numbers() {
     let medium = Medium::grey([9, 9, 9], DVec3::ONE, |i| [0.0, if i % 3 == 0 { 1e6 } else { 1e-6 }]);
     for light in lights(&medium) {
         let courant = largest_courant(&[light], &medium.grid, &medium.local);
-        for fluence in [
-            steady_fluence(&medium, &[light], GREY),
-            explicit(&medium, &[light], GREY, courant, 30),
-        ] {
+        for fluence in
+            [steady_fluence(&medium, &[light], GREY), explicit(&medium, &[light], GREY, courant, 30)]
+        {
             let shares = shares(&medium, &light, &fluence, 0);
             assert!(shares.iter().all(|share| (0.0..=1.0 + STEPPED).contains(share)), "{light:?}");
         }
@@ -386,8 +391,7 @@ fn the_reduced_fluence_counts_scattering_by_what_does_not_go_on() {
     let medium = Medium::random([8, 7, 6], DVec3::ONE, false, 31);
     let light = parallel(DVec3::new(2.0, -1.0, 1.0));
     for mean_cosine in [0.75, -0.5] {
-        let (direct, launches) =
-            steady(&medium, &[light], Carrying { mean_cosine, directed: true, ..GREY });
+        let (direct, launches) = steady(&medium, &[light], Carrying { mean_cosine, directed: true, ..GREY });
         assert_eq!(launches, 2 * (8 + 7 + 6 - 2));
         let fluence = direct.reduced.unwrap().read(&device()).unwrap();
         for channel in 0..3 {

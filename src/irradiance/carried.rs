@@ -171,11 +171,11 @@ pub fn check_courant(courant: f64, lights: &[Light], grid: &LightGrid, local: &L
         // Rounded down, to a number that passes.
         let shown = (largest * 1e4).floor() / 1e4;
         return Err(Error::Input(format!(
-            "`courant` = {courant} is too large: light would cross more than a cell in a step, which is unstable; with \
+            "`method.courant` = {courant} is too large: light would cross more than a cell in a step, which is unstable; with \
              this volume and these lights it must be at most {shown:.4}"
         )));
     }
-    Err(Error::Input(format!("`courant` = {courant} must be above 0: light would not move")))
+    Err(Error::Input(format!("`method.courant` = {courant} must be above 0: light would not move")))
 }
 
 /// Steps after which light has crossed the box: all but e⁻⁸ of it, wherever it goes, of parallel light; of a point

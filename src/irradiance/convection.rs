@@ -116,6 +116,11 @@ impl Convection {
         Ok(&self.direct)
     }
 
+    /// What [`Convection::direct`] gave last, for good.
+    pub fn into_direct(self) -> DirectLight {
+        self.direct
+    }
+
     /// What it takes on the device.
     pub fn memory(grid: &LightGrid, lights: usize, carrying: Carrying) -> MemoryPlan {
         let mut plan = MemoryPlan::default();

@@ -1,6 +1,6 @@
 //! The light that cameras project: on the device and as numbers.
 
-use super::{DirectLight, LightGrid, ScatteredLight};
+use super::{DirectLight, LightGrid};
 use crate::Result;
 use crate::device::{Arg, Buffer, Device, Program, ProgramSpec};
 use std::f32::consts::PI;
@@ -46,7 +46,8 @@ pub struct Directions {
 }
 
 impl LightBuffers {
-    /// Puts unscattered and scattered light together.
+    /// Puts unscattered and scattered fluence together; `drift`: the mean direction of all but unscattered light, where
+    /// the medium does not scatter into all directions alike.
     ///
     /// # Errors
     /// [`crate::Error::Failed`] when the device fails.
@@ -54,13 +55,14 @@ impl LightBuffers {
         device: &Device,
         grid: LightGrid,
         direct: DirectLight,
-        scattered: ScatteredLight,
+        scattered: Buffer<[f32; 4]>,
+        drift: Option<Buffer<[f32; 4]>>,
     ) -> Result<Self> {
-        let directed = direct.flow.zip(scattered.drift).map(|(flow, drift)| Directed { drift, flow });
+        let directed = direct.flow.zip(drift).map(|(flow, drift)| Directed { drift, flow });
         let spec = ProgramSpec::new("irradiance/combine.cl").feature("DIRECTED", directed.is_some());
         let spec = if device.info().can_force_inlining() { spec } else { spec.define("INLINE", "inline") };
         let mut kernel = Program::build(device, &spec)?.kernel(device, "irradiance_combine")?;
-        let light = scattered.fluence;
+        let light = scattered;
         let reduced = direct.reduced.as_ref().unwrap_or(&direct.fluence);
         let arguments: [Arg<'_>; 4] =
             [(&light).into(), (&direct.fluence).into(), reduced.into(), (light.len() as u32).into()];

@@ -1,26 +1,159 @@
-#![allow(missing_docs)]
-use super::LightBuffers;
+//! How a light volume comes to be, in steps short enough to be shown and interrupted.
+
+use super::{
+    Carrying, Cells, Convection, DirectLight, LightBuffers, LitMedium, Spreading, crossing_steps,
+    steady_light,
+};
+use crate::Result;
 use crate::device::{Buffer, Device};
 use crate::render::Plan;
-use crate::render::light_volume::LightSetup;
-use crate::{Error, Result};
-pub struct ScatteredLight {
-    pub fluence: Buffer<[f32; 4]>,
-    pub drift: Option<Buffer<[f32; 4]>>,
-}
-#[derive(Clone, Debug, Default)]
+use crate::render::light_volume::{LightSetup, mean_cosine};
+use crate::render::local::LocalFrame;
+use crate::scene::{self, Light, ScatteredLight as Scattering};
+use std::sync::Arc;
+
+/// Steps in time between two looks at the clock.
+const STEPS_AT_ONCE: u32 = 8;
+
+/// What the computation of a light volume did.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightFacts {
+    /// Time, with everything.
     pub seconds: f64,
+    /// Steps in time of the paper's model.
+    pub steps: Option<u32>,
 }
-pub struct Lighting {}
+
+/// A light volume on its way.
+pub struct Lighting {
+    medium: LitMedium,
+    setup: Setup,
+    stage: Stage,
+    facts: LightFacts,
+}
+
+/// What of the plan is needed on the way.
+struct Setup {
+    lights: Vec<Light>,
+    local: LocalFrame,
+    settings: scene::LightVolume,
+    direct_grid: super::LightGrid,
+    carrying: Carrying,
+}
+
+/// Where it stands.
+enum Stage {
+    /// Nothing is done yet.
+    Start,
+    /// Steps in time of convected light.
+    Convecting { convection: Box<Convection>, spreading: Box<Spreading>, done: u32, count: u32 },
+    /// Unscattered light is known.
+    Direct(DirectLight),
+    /// All is known, and given away.
+    Finished,
+}
+
 impl Lighting {
-    pub fn new(_: &Device, _: &Plan<'_>, _: &LightSetup) -> Result<Self> {
-        Ok(Self {})
+    /// Makes everything ready; `voxels`: the plan's, on the device.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] when the scene's lights or steps are not what the method can do,
+    /// [`crate::Error::Failed`] when the device lacks memory.
+    pub fn new(
+        device: &Device,
+        plan: &Plan<'_>,
+        light: &LightSetup,
+        voxels: Arc<Buffer<u8>>,
+    ) -> Result<Self> {
+        let medium = LitMedium::around(device, plan, &light.transport, voxels)?;
+        let carrying = Carrying {
+            chromatic: medium.has("CHROMATIC"),
+            mean_cosine: mean_cosine(light.phase),
+            directed: light.is_directed(),
+        };
+        let setup = Setup {
+            lights: plan.scene.lights.clone(),
+            local: plan.local,
+            settings: light.settings,
+            direct_grid: light.direct_grid,
+            carrying,
+        };
+        Ok(Self { medium, setup, stage: Stage::Start, facts: LightFacts::default() })
     }
+
+    /// Share that is done, 0 to 1, roughly.
     pub fn share(&self) -> f32 {
-        0.0
+        match &self.stage {
+            Stage::Start => 0.0,
+            Stage::Convecting { done, count, .. } => *done as f32 / *count as f32,
+            Stage::Direct(_) => 0.5,
+            Stage::Finished => 1.0,
+        }
     }
-    pub fn step(&mut self, _: &Device) -> Result<Option<(LightBuffers, LightFacts)>> {
-        Err(Error::Failed("todo".into()))
+
+    /// One step; the light volume and what it took once it is done.
+    ///
+    /// # Errors
+    /// [`crate::Error::Failed`] when the device fails.
+    pub fn step(&mut self, device: &Device) -> Result<Option<(LightBuffers, LightFacts)>> {
+        let stage = std::mem::replace(&mut self.stage, Stage::Finished);
+        self.stage = match stage {
+            Stage::Start => self.start(device)?,
+            Stage::Convecting { mut convection, mut spreading, mut done, count } => {
+                let steps = STEPS_AT_ONCE.min(count - done);
+                for _ in 0..steps {
+                    convection.advance(device, 1)?;
+                    spreading.advance(device, convection.direct(device)?, 1)?;
+                }
+                device.finish()?;
+                done += steps;
+                if done == count {
+                    self.facts.steps = Some(count);
+                    return self.finish(device, convection.into_direct(), spreading.into_fluence(), None);
+                }
+                Stage::Convecting { convection, spreading, done, count }
+            }
+            Stage::Direct(direct) => {
+                let _ = &direct;
+                Stage::Finished
+            }
+            Stage::Finished => Stage::Finished,
+        };
+        Ok(None)
+    }
+
+    fn start(&mut self, device: &Device) -> Result<Stage> {
+        let Setup { lights, local, settings, direct_grid: grid, carrying } = &self.setup;
+        let cells = Cells::new(device, &self.medium, grid)?;
+        match (settings.direct, settings.scattered) {
+            (scene::DirectLight::Convection, Scattering::Steps { count, courant, spreading }) => {
+                let convection = Convection::new(device, grid, &cells, lights, local, *carrying, courant)?;
+                let spreading = Spreading::new(device, grid, &cells, spreading)?;
+                let count = count.unwrap_or_else(|| crossing_steps(grid, courant));
+                Ok(Stage::Convecting {
+                    convection: convection.into(),
+                    spreading: spreading.into(),
+                    done: 0,
+                    count,
+                })
+            }
+            (scene::DirectLight::Convection, Scattering::Steady(_)) => {
+                let light = steady_light(device, grid, &cells, lights, local, *carrying)?;
+                device.finish()?;
+                Ok(Stage::Direct(light.direct))
+            }
+            (scene::DirectLight::Tracking { .. }, _) => Ok(Stage::Finished),
+        }
+    }
+
+    fn finish(
+        &mut self,
+        device: &Device,
+        direct: DirectLight,
+        scattered: Buffer<[f32; 4]>,
+        drift: Option<Buffer<[f32; 4]>>,
+    ) -> Result<Option<(LightBuffers, LightFacts)>> {
+        let buffers = LightBuffers::new(device, self.setup.direct_grid, direct, scattered, drift)?;
+        Ok(Some((buffers, self.facts.clone())))
     }
 }

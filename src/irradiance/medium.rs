@@ -4,6 +4,7 @@ use crate::Result;
 use crate::device::{Arg, Buffer, Device, Program, ProgramSpec};
 use crate::render::Plan;
 use crate::render::method::MethodSetup;
+use std::sync::Arc;
 
 /// The medium and its lights as the kernels of scattering read them; see `cl/render/scattering.cl`.
 pub struct LitMedium {
@@ -14,7 +15,7 @@ pub struct LitMedium {
     /// `struct Scattering`.
     pub method: Buffer<u8>,
     /// The voxels.
-    pub voxels: Buffer<u8>,
+    pub voxels: Arc<Buffer<u8>>,
     /// Majorants, extinction, albedo and emission tables, lights, the environment's probabilities: in the order in which
     /// `render_scattering` takes them.
     pub tables: Vec<Buffer<u8>>,
@@ -32,6 +33,19 @@ impl LitMedium {
     /// # Errors
     /// [`crate::Error::Failed`] when the device lacks memory.
     pub fn new(device: &Device, plan: &Plan<'_>, transport: &MethodSetup) -> Result<Self> {
+        Self::around(device, plan, transport, Arc::new(plan.grid.upload(device)?))
+    }
+
+    /// The same with the plan's voxels, which are on the device already.
+    ///
+    /// # Errors
+    /// As [`LitMedium::new`].
+    pub fn around(
+        device: &Device,
+        plan: &Plan<'_>,
+        transport: &MethodSetup,
+        voxels: Arc<Buffer<u8>>,
+    ) -> Result<Self> {
         let upload = |bytes: &[u8]| Buffer::from_slice(device, bytes);
         let tables =
             transport.tables[..TABLES].iter().map(|table| upload(&table.bytes)).collect::<Result<_>>()?;
@@ -44,7 +58,7 @@ impl LitMedium {
             frame: upload(bytemuck::bytes_of(&plan.frame))?,
             volume: upload(bytemuck::bytes_of(&plan.volume))?,
             method: upload(&transport.parameters.bytes)?,
-            voxels: plan.grid.upload(device)?,
+            voxels,
             tables,
             environment: upload(&plan.environment.bytes)?,
             spec,

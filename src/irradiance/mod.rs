@@ -29,6 +29,6 @@ pub use convection::{Carrying, Convection, SteadyLight, steady_light, steady_mem
 pub use direct_light::DirectLight;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use light::{Directions, LightBuffers, LightData};
-pub use lighting::{LightFacts, Lighting, ScatteredLight};
+pub use lighting::{LightFacts, Lighting};
 pub use medium::LitMedium;
 pub use spreading::{Spreading, check_diffusion, largest_diffusion};

@@ -110,6 +110,11 @@ impl Spreading {
         &self.scattered
     }
 
+    /// The same, for good.
+    pub fn into_fluence(self) -> Buffer<[f32; 4]> {
+        self.scattered
+    }
+
     /// Steps taken.
     pub fn steps(&self) -> u64 {
         self.steps
@@ -158,10 +163,12 @@ pub fn check_diffusion(diffusion: f64, grid: &LightGrid) -> Result<()> {
     let shown = (largest * 1e4).floor() / 1e4;
     Err(Error::Input(if diffusion > largest {
         format!(
-            "`diffusion` = {diffusion} is too large: a cell would give its neighbours more light than it has, which is \
+            "`method.spreading` = {diffusion} is too large: a cell would give its neighbours more light than it has, which is \
              unstable; with this volume's cells it must be at most {shown:.4}"
         )
     } else {
-        format!("`diffusion` = {diffusion} must not be below 0; with this volume's cells at most {shown:.4}")
+        format!(
+            "`method.spreading` = {diffusion} must not be below 0; with this volume's cells at most {shown:.4}"
+        )
     }))
 }

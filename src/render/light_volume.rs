@@ -6,8 +6,10 @@ use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use super::scattering;
 use crate::Result;
 use crate::device::ProgramSpec;
-use crate::irradiance::LightGrid;
-use crate::scene::{LightVolume, Orders, Phase, Scattering, Transfer, Transmittance};
+use crate::irradiance::{self, LightGrid};
+use crate::scene::{
+    DirectLight, LightVolume, Orders, Phase, ScatteredLight, Scattering, Transfer, Transmittance,
+};
 
 /// What computes a light volume, made ready on the host.
 pub struct LightSetup {
@@ -24,9 +26,9 @@ pub struct LightSetup {
 }
 
 impl LightSetup {
-    /// Whether the light volume keeps directions.
+    /// Whether the light volume keeps directions: steps in time know none.
     pub fn is_directed(&self) -> bool {
-        !is_isotropic(self.phase)
+        is_directed(self.phase, &self.settings)
     }
 }
 
@@ -39,14 +41,39 @@ pub fn mean_cosine(phase: Phase) -> f64 {
     }
 }
 
+fn is_directed(phase: Phase, settings: &LightVolume) -> bool {
+    !is_isotropic(phase) && matches!(settings.scattered, ScatteredLight::Steady(_))
+}
+
 /// Whether light is scattered into all directions alike.
-pub fn is_isotropic(phase: Phase) -> bool {
+fn is_isotropic(phase: Phase) -> bool {
     match phase {
         Phase::Isotropic => true,
         Phase::Rayleigh => false,
         Phase::HenyeyGreenstein { g } => g == 0.0,
         Phase::TwoLobe { g, weight } => (g[0] == 0.0 || weight == 0.0) && (g[1] == 0.0 || weight == 1.0),
     }
+}
+
+/// Refuses what the model cannot do; what it leaves out, one sentence each.
+fn check(input: &MethodInput<'_>, settings: &LightVolume) -> Result<Vec<String>> {
+    let scene = input.scene;
+    let grid = LightGrid::new(input.local, settings.direct_coarsening);
+    let mut notes = Vec::new();
+    if settings.direct == DirectLight::Convection {
+        irradiance::refusal(scene)?;
+        notes.extend(irradiance::unlit_by(&scene.background));
+    }
+    if let ScatteredLight::Steps { courant, spreading, .. } = settings.scattered {
+        if settings.direct == DirectLight::Convection {
+            irradiance::check_courant(courant, &scene.lights, &grid, input.local)?;
+        }
+        irradiance::check_diffusion(spreading, &grid)?;
+        if !is_isotropic(scene.phase) {
+            notes.push("the paper's model scatters into all directions alike: [phase] is not used".into());
+        }
+    }
+    Ok(notes)
 }
 
 /// Makes the method ready.
@@ -59,6 +86,7 @@ pub fn prepare(
     frame: &mut DeviceFrame,
 ) -> Result<MethodSetup> {
     let scene = input.scene;
+    let notes = check(input, &settings)?;
     // Kernels of light volumes read the medium as single scattering does.
     let tracking = Scattering {
         orders: Orders::Single,
@@ -74,7 +102,7 @@ pub fn prepare(
     let albedo = scene.scattering.albedo;
     let emission = scattering::emission(&scene.transfer, input.window)?;
     let two_d = matches!(scene.transfer, Transfer::TwoD(_));
-    let directed = !is_isotropic(scene.phase);
+    let directed = is_directed(scene.phase, &settings);
     let mut spec = ProgramSpec::new("render/light_volume.cl")
         .feature("TF_2D", two_d)
         .feature("CHROMATIC", chromatic.is_some())
@@ -132,7 +160,7 @@ pub fn prepare(
         lanes: false,
         paths: false,
         has_depth: false,
-        notes: Vec::new(),
+        notes,
         details,
         light: Some(Box::new(LightSetup {
             settings,

@@ -8,6 +8,7 @@ use crate::device::{Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, Pacer, 
 use crate::film::FilmPixel;
 use crate::irradiance::{LightBuffers, LightData, LightFacts, Lighting};
 use crate::{Error, Result};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
@@ -81,7 +82,7 @@ enum Light {
 pub struct Session {
     device: Device,
     kernel: Kernel,
-    inputs: Vec<Buffer<u8>>,
+    inputs: Vec<Arc<Buffer<u8>>>,
     film: Buffer<FilmPixel>,
     paths: Option<PathBuffers>,
     light: Option<Light>,
@@ -117,16 +118,17 @@ impl Session {
         let mut kernel = program.kernel(&device, plan.method.kernel)?;
         let mut inputs = Vec::new();
         let mut add = |bytes: &[u8]| -> Result<()> {
-            inputs.push(Buffer::from_slice(&device, bytes)?);
+            inputs.push(Arc::new(Buffer::from_slice(&device, bytes)?));
             Ok(())
         };
         add(bytemuck::bytes_of(&plan.frame))?;
         add(bytemuck::bytes_of(&plan.camera))?;
         add(bytemuck::bytes_of(&plan.volume))?;
         add(&plan.method.parameters.bytes)?;
-        inputs.push(plan.grid.upload(&device)?);
+        let voxels = Arc::new(plan.grid.upload(&device)?);
+        inputs.push(Arc::clone(&voxels));
         for table in plan.method.tables.iter().chain([&plan.environment]) {
-            inputs.push(Buffer::from_slice(&device, &table.bytes)?);
+            inputs.push(Arc::new(Buffer::from_slice(&device, &table.bytes)?));
         }
         let image = &plan.scene.image;
         let film = Buffer::zeroed(&device, image.width as usize * image.height as usize)?;
@@ -152,7 +154,9 @@ impl Session {
             (Some(setup), Some(data)) => {
                 Some(Light::Done(LightBuffers::upload(&device, setup.direct_grid, data)?))
             }
-            (Some(setup), None) => Some(Light::Computing(Box::new(Lighting::new(&device, plan, setup)?))),
+            (Some(setup), None) => {
+                Some(Light::Computing(Box::new(Lighting::new(&device, plan, setup, voxels)?)))
+            }
             (None, _) => None,
         };
         Ok(Self {
@@ -256,7 +260,7 @@ impl Session {
     }
 
     fn launch(&mut self, first_tile: u32, tile_count: u32, samples: u32) -> Result<()> {
-        let mut arguments: Vec<Arg<'_>> = self.inputs.iter().map(Arg::from).collect();
+        let mut arguments: Vec<Arg<'_>> = self.inputs.iter().map(|input| Arg::from(&**input)).collect();
         if let Some(Light::Done(light)) = &self.light {
             arguments.extend(light.arguments());
         }

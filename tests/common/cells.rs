@@ -26,7 +26,8 @@ impl Medium {
         let local = LocalFrame::new(DVec3::new(-3.0, 1.0, 0.5), 0.25 * cell, dims);
         let grid = LightGrid::new(&local, 1);
         let cells = (0..grid.cells()).map(&of);
-        let [scattering, absorption] = [0, 1].map(|k| cells.clone().map(|c| c[k].map(|v| v as f32)).collect());
+        let [scattering, absorption] =
+            [0, 1].map(|k| cells.clone().map(|c| c[k].map(|v| v as f32)).collect());
         Self { grid, local, scattering, absorption }
     }
 
