@@ -28,6 +28,8 @@ const FILES: &[(&str, &str)] = embed![
     "diffusion/solver.cl",
     "diffusion/vectors.cl",
     "film/accumulate.cl",
+    "irradiance/direct.cl",
+    "irradiance/direct_rays.cl",
     "irradiance/grid.cl",
     "lights/environment.cl",
     "lights/rectangle.cl",

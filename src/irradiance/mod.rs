@@ -6,9 +6,15 @@
 //!
 //! - `grid`: the cells
 //! - `medium`: the medium and its lights on the device, as the kernels of scattering read them
+//! - `direct`: direct light by tracking towards the lights
+//! - `direct_light`: direct light, however it was computed
 
+mod direct;
+mod direct_light;
 mod grid;
 mod medium;
 
+pub use direct::{Direct, DirectCost, DirectCounts, DirectParameters, STRATA};
+pub use direct_light::DirectLight;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use medium::LitMedium;

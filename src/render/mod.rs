@@ -57,5 +57,7 @@ pub const LAYOUTS: &[StructLayout] = &[
     ledger::Ledger::LAYOUT,
     auxiliary::Auxiliary::LAYOUT,
     crate::irradiance::DeviceLightGrid::LAYOUT,
+    crate::irradiance::DirectParameters::LAYOUT,
+    crate::irradiance::DirectCounts::LAYOUT,
     crate::diffusion::DeviceDiffusionGrid::LAYOUT,
 ];
