@@ -31,6 +31,8 @@ const FILES: &[(&str, &str)] = embed![
     "irradiance/cells.cl",
     "irradiance/combine.cl",
     "irradiance/convection.cl",
+    "irradiance/direct.cl",
+    "irradiance/direct_rays.cl",
     "irradiance/grid.cl",
     "irradiance/light.cl",
     "irradiance/padded.cl",

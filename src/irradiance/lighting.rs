@@ -1,15 +1,15 @@
 //! How a light volume comes to be, in steps short enough to be shown and interrupted.
 
 use super::{
-    Carrying, Cells, Convection, DirectLight, LightBuffers, LitMedium, Spreading, crossing_steps,
-    steady_light,
+    Carrying, Cells, Convection, Direct, DirectCost, DirectLight, LightBuffers, LitMedium, Spreading,
+    crossing_steps, steady_light,
 };
 use crate::Result;
 use crate::device::{Buffer, Device};
 use crate::render::Plan;
-use crate::render::light_volume::{LightSetup, mean_cosine};
+use crate::render::light_volume::LightSetup;
 use crate::render::local::LocalFrame;
-use crate::scene::{self, Light, ScatteredLight as Scattering};
+use crate::scene::{self, Light, Phase, ScatteredLight as Scattering};
 use std::sync::Arc;
 
 /// Steps in time between two looks at the clock.
@@ -20,6 +20,10 @@ const STEPS_AT_ONCE: u32 = 8;
 pub struct LightFacts {
     /// Time, with everything.
     pub seconds: f64,
+    /// Estimates of each cell's direct light, where it was tracked.
+    pub estimates: Option<u32>,
+    /// What they cost.
+    pub cost: Option<DirectCost>,
     /// Steps in time of the paper's model.
     pub steps: Option<u32>,
 }
@@ -37,6 +41,7 @@ struct Setup {
     lights: Vec<Light>,
     local: LocalFrame,
     settings: scene::LightVolume,
+    phase: Phase,
     direct_grid: super::LightGrid,
     carrying: Carrying,
 }
@@ -47,6 +52,10 @@ enum Stage {
     Start,
     /// Steps in time of convected light.
     Convecting { convection: Box<Convection>, spreading: Box<Spreading>, done: u32, count: u32 },
+    /// Estimates of unscattered light.
+    Tracking { direct: Box<Direct>, target: u32 },
+    /// The same, each followed by a step of diffusion.
+    Spreading { direct: Box<Direct>, spreading: Box<Spreading>, done: u32, target: u32 },
     /// Unscattered light is known.
     Direct(DirectLight),
     /// All is known, and given away.
@@ -68,13 +77,14 @@ impl Lighting {
         let medium = LitMedium::around(device, plan, &light.transport, voxels)?;
         let carrying = Carrying {
             chromatic: medium.has("CHROMATIC"),
-            mean_cosine: mean_cosine(light.phase),
+            mean_cosine: light.phase.mean_cosine(),
             directed: light.is_directed(),
         };
         let setup = Setup {
             lights: plan.scene.lights.clone(),
             local: plan.local,
             settings: light.settings,
+            phase: light.phase,
             direct_grid: light.direct_grid,
             carrying,
         };
@@ -86,7 +96,9 @@ impl Lighting {
         match &self.stage {
             Stage::Start => 0.0,
             Stage::Convecting { done, count, .. } => *done as f32 / *count as f32,
-            Stage::Direct(_) => 0.5,
+            Stage::Tracking { direct, target } => 0.9 * direct.passes() as f32 / *target as f32,
+            Stage::Spreading { done, target, .. } => *done as f32 / *target as f32,
+            Stage::Direct(_) => 0.9,
             Stage::Finished => 1.0,
         }
     }
@@ -113,6 +125,29 @@ impl Lighting {
                 }
                 Stage::Convecting { convection, spreading, done, count }
             }
+            Stage::Tracking { mut direct, target } => {
+                direct.step(device, &self.medium, target)?;
+                if direct.is_done(target) {
+                    self.note_direct(device, &direct)?;
+                    Stage::Direct(direct.means(device)?)
+                } else {
+                    Stage::Tracking { direct, target }
+                }
+            }
+            Stage::Spreading { mut direct, mut spreading, mut done, target } => {
+                direct.step(device, &self.medium, done + 1)?;
+                if direct.is_done(done + 1) {
+                    let light = direct.means(device)?;
+                    spreading.advance(device, &light, 1)?;
+                    done += 1;
+                    if done == target {
+                        self.note_direct(device, &direct)?;
+                        self.facts.steps = Some(target);
+                        return self.finish(device, light, spreading.into_fluence(), None);
+                    }
+                }
+                Stage::Spreading { direct, spreading, done, target }
+            }
             Stage::Direct(direct) => {
                 let _ = &direct;
                 Stage::Finished
@@ -123,7 +158,7 @@ impl Lighting {
     }
 
     fn start(&mut self, device: &Device) -> Result<Stage> {
-        let Setup { lights, local, settings, direct_grid: grid, carrying } = &self.setup;
+        let Setup { lights, local, settings, phase, direct_grid: grid, carrying } = &self.setup;
         let cells = Cells::new(device, &self.medium, grid)?;
         match (settings.direct, settings.scattered) {
             (scene::DirectLight::Convection, Scattering::Steps { count, courant, spreading }) => {
@@ -142,8 +177,23 @@ impl Lighting {
                 device.finish()?;
                 Ok(Stage::Direct(light.direct))
             }
-            (scene::DirectLight::Tracking { .. }, _) => Ok(Stage::Finished),
+            (scene::DirectLight::Tracking { estimates: target }, scattered) => {
+                let direct = Box::new(Direct::new(device, &self.medium, grid, phase)?);
+                Ok(match scattered {
+                    Scattering::Steady(_) => Stage::Tracking { direct, target },
+                    Scattering::Steps { spreading, .. } => {
+                        let spreading = Spreading::new(device, grid, &cells, spreading)?;
+                        Stage::Spreading { direct, spreading: spreading.into(), done: 0, target }
+                    }
+                })
+            }
         }
+    }
+
+    fn note_direct(&mut self, device: &Device, direct: &Direct) -> Result<()> {
+        self.facts.estimates = Some(direct.passes());
+        self.facts.cost = Some(direct.cost(device)?);
+        Ok(())
     }
 
     fn finish(

@@ -6,7 +6,8 @@
 //!
 //! - `grid`: the cells
 //! - `medium`, `cells`: the medium and its lights on the device, as kernels of scattering read them, and its averages
-//! - `direct_light`: unscattered light
+//! - `direct_light`: unscattered light, however it was computed
+//! - `direct`: by tracking towards the lights
 //! - `carried`, `convection`: by upwind convection, in steps or at once
 //! - `spreading`: scattered light by explicit diffusion
 //! - `lighting`: how a light volume comes to be, step by step
@@ -15,6 +16,7 @@
 mod carried;
 mod cells;
 mod convection;
+mod direct;
 mod direct_light;
 mod file;
 mod grid;
@@ -26,6 +28,7 @@ mod spreading;
 pub use carried::{CarriedLight, check_courant, crossing_steps, largest_courant, refusal, unlit_by};
 pub use cells::Cells;
 pub use convection::{Carrying, Convection, SteadyLight, steady_light, steady_memory};
+pub use direct::{Direct, DirectCost, DirectCounts, DirectParameters, STRATA};
 pub use direct_light::DirectLight;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use light::{Directions, LightBuffers, LightData};

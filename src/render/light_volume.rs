@@ -17,7 +17,7 @@ pub struct LightSetup {
     pub settings: LightVolume,
     /// The medium and its lights as kernels that track light read them.
     pub transport: MethodSetup,
-    /// The phase function.
+    /// The phase function, as far as the model knows it.
     pub phase: Phase,
     /// Cells of unscattered light, and of the volume that is projected.
     pub direct_grid: LightGrid,
@@ -26,32 +26,17 @@ pub struct LightSetup {
 }
 
 impl LightSetup {
-    /// Whether the light volume keeps directions: steps in time know none.
+    /// Whether the light volume keeps directions.
     pub fn is_directed(&self) -> bool {
-        is_directed(self.phase, &self.settings)
+        !self.phase.is_isotropic()
     }
 }
 
-/// The mean cosine of a phase function.
-pub fn mean_cosine(phase: Phase) -> f64 {
-    match phase {
-        Phase::Isotropic | Phase::Rayleigh => 0.0,
-        Phase::HenyeyGreenstein { g } => g,
-        Phase::TwoLobe { g, weight } => weight * g[0] + (1.0 - weight) * g[1],
-    }
-}
-
-fn is_directed(phase: Phase, settings: &LightVolume) -> bool {
-    !is_isotropic(phase) && matches!(settings.scattered, ScatteredLight::Steady(_))
-}
-
-/// Whether light is scattered into all directions alike.
-fn is_isotropic(phase: Phase) -> bool {
-    match phase {
-        Phase::Isotropic => true,
-        Phase::Rayleigh => false,
-        Phase::HenyeyGreenstein { g } => g == 0.0,
-        Phase::TwoLobe { g, weight } => (g[0] == 0.0 || weight == 0.0) && (g[1] == 0.0 || weight == 1.0),
+/// The phase function that the model knows: steps in time scatter into all directions alike.
+fn modelled(phase: Phase, settings: &LightVolume) -> Phase {
+    match settings.scattered {
+        ScatteredLight::Steady(_) => phase,
+        ScatteredLight::Steps { .. } => Phase::Isotropic,
     }
 }
 
@@ -69,7 +54,7 @@ fn check(input: &MethodInput<'_>, settings: &LightVolume) -> Result<Vec<String>>
             irradiance::check_courant(courant, &scene.lights, &grid, input.local)?;
         }
         irradiance::check_diffusion(spreading, &grid)?;
-        if !is_isotropic(scene.phase) {
+        if !scene.phase.is_isotropic() {
             notes.push("the paper's model scatters into all directions alike: [phase] is not used".into());
         }
     }
@@ -102,22 +87,23 @@ pub fn prepare(
     let albedo = scene.scattering.albedo;
     let emission = scattering::emission(&scene.transfer, input.window)?;
     let two_d = matches!(scene.transfer, Transfer::TwoD(_));
-    let directed = is_directed(scene.phase, &settings);
+    let phase = modelled(scene.phase, &settings);
+    let directed = !phase.is_isotropic();
     let mut spec = ProgramSpec::new("render/light_volume.cl")
         .feature("TF_2D", two_d)
         .feature("CHROMATIC", chromatic.is_some())
         .feature("EMISSION", emission.is_some())
         .feature("DIRECTED", directed);
     if directed {
-        spec = spec.define(scattering::phase_define(scene.phase), "1");
+        spec = spec.define(scattering::phase_define(phase), "1");
     } else {
         spec = spec.define("PHASE_ISOTROPIC", "1");
     }
-    let [g0, g1, weight, _] = scattering::phase_parameters(scene.phase);
+    let [g0, g1, weight, _] = scattering::phase_parameters(phase);
     let [r, g, b] = extinction.map(|e| e as f32);
     let parameters = EmissionAbsorption {
         extinction: [r, g, b, 0.0],
-        phase: [g0, g1, weight, mean_cosine(scene.phase) as f32],
+        phase: [g0, g1, weight, phase.mean_cosine() as f32],
         step: 1.0,
         min_transmittance: settings.termination as f32,
         max_depth: -settings.termination.ln() as f32,

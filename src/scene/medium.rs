@@ -49,6 +49,27 @@ pub enum Phase {
     },
 }
 
+impl Phase {
+    /// The mean of μ.
+    pub fn mean_cosine(&self) -> f64 {
+        match *self {
+            Self::Isotropic | Self::Rayleigh => 0.0,
+            Self::HenyeyGreenstein { g } => g,
+            Self::TwoLobe { g, weight } => weight * g[0] + (1.0 - weight) * g[1],
+        }
+    }
+
+    /// Whether light is scattered into all directions alike.
+    pub fn is_isotropic(&self) -> bool {
+        match *self {
+            Self::Isotropic => true,
+            Self::Rayleigh => false,
+            Self::HenyeyGreenstein { g } => g == 0.0,
+            Self::TwoLobe { g, weight } => (g[0] == 0.0 || weight == 0.0) && (g[1] == 0.0 || weight == 1.0),
+        }
+    }
+}
+
 pub(super) fn medium(config: &MediumConfig, method: &MethodConfig, cx: &mut Context<'_>) -> Medium {
     match *config {
         MediumConfig::Opacity { reference_length, .. } => Medium::Opacity { reference_length },
