@@ -154,7 +154,7 @@ fn one_beam_is_scattered_by_the_phase_function_itself() {
         let (beam, rest, drift) = (5.0_f32, 2.0_f32, 0.3_f32);
         let light = LightData {
             dims: [8; 3],
-            fluence: vec![[beam + rest; 3]; 512],
+            fluence: vec![[rest; 3]; 512],
             direct: vec![[beam; 3]; 512],
             directions: Some(Directions {
                 drift: vec![[0.0, 0.0, drift]; 512],
@@ -184,6 +184,6 @@ fn light_that_goes_all_ways_alike_is_scattered_alike() {
     let none = vec![[0.0; 3]; 512];
     let directions = Some(Directions { drift: none.clone(), flow: none });
     let all = [4.0 * PI as f32; 3];
-    let light = LightData { dims: [8; 3], fluence: vec![all; 512], direct: vec![all; 512], directions };
+    let light = LightData { dims: [8; 3], fluence: vec![[0.0; 3]; 512], direct: vec![all; 512], directions };
     close("radiance", seen(&case, &light)[0], -f64::exp_m1(-2.0), rounding(1.0));
 }

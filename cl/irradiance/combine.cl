@@ -1,8 +1,6 @@
-// The light that cameras project, from unscattered and scattered fluence: radiance per sigma_s, all of it where the
-// medium scatters into all directions alike, else (DIRECTED) what is not unscattered light.
+// The light that cameras project, from unscattered and scattered fluence: all of it where the medium scatters into all
+// directions alike, else (DIRECTED) what is not unscattered light.
 #include "common/inline.cl"
-
-#define INVERSE_4PI 0.0795774715f
 
 // light: the scattered fluence before.
 __kernel void irradiance_combine(__global float4 *light, __global const float4 *direct, __global const float4 *reduced,
@@ -17,7 +15,7 @@ __kernel void irradiance_combine(__global float4 *light, __global const float4 *
 #else
     float4 added = direct[i];
 #endif
-    float4 sum = INVERSE_4PI * (light[i] + added);
+    float4 sum = light[i] + added;
     sum.w = 0.0f;
     light[i] = sum;
 }

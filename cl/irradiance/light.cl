@@ -1,7 +1,6 @@
 // What a light volume sends towards the eye.
 //
-// `light` holds radiance (fluence over 4 pi) of all light, for media that scatter into all directions alike. With
-// DIRECTED, of what was scattered more than once, while unscattered light is apart with its directions.
+// `light` holds the fluence of all light, for media that scatter into all directions alike. With DIRECTED, of what was scattered more than once, while unscattered light is apart with its directions.
 #include "common/phase.cl"
 #include "irradiance/grid.cl"
 #include "types/method.cl"
@@ -77,7 +76,7 @@ INLINE float flow_phase(__constant struct EmissionAbsorption *method, float4 fro
 // Radiance scattered towards the eye at a point (grid coordinates), per sigma_s; w = 0.
 INLINE float4 light_towards_eye(struct Lit lit, float4 point) {
     struct LightPlace place = light_place(lit, point);
-    float4 light = light_between(lit.light, &place);
+    float4 light = INV_4PI * light_between(lit.light, &place);
 #ifdef DIRECTED
     // First order in the direction; where that is negative, nothing.
     float4 drift = light_between(lit.drift, &place);

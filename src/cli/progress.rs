@@ -64,6 +64,11 @@ impl ProgressView {
 }
 
 fn text(status: &Status, fraction: Option<f64>) -> String {
+    if status.progress.light < 1.0 {
+        // How long the diffusion equation takes is not known beforehand.
+        let (done, elapsed) = (status.progress.light * 100.0, status.elapsed.as_secs_f64());
+        return format!("light in the volume: {done:.0} %, {elapsed:.1} s");
+    }
     let mut text = match status.target {
         Some(target) => format!("{}/{target} samples", status.progress.samples),
         None => format!("{} samples", status.progress.samples),

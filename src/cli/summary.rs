@@ -155,6 +155,7 @@ impl Summary<'_> {
             "launches": progress.launches,
             "lookups": summary.lookups,
             "lookups_per_ray": summary.lookups as f64 / summary.samples.max(1) as f64,
+            "light": self.session.light_facts(),
             "paths": self.snapshot.paths.as_ref().map(energy::report),
             "mean": summary.mean,
             "estimated_error": summary.relative_error(),

@@ -43,6 +43,9 @@ impl Watcher<'_> {
 
     /// How much of the render is done, by the rule that is nearest to its end.
     fn fraction(&self, status: &Status) -> Option<f64> {
+        if status.progress.light < 1.0 {
+            return Some(status.progress.light.into());
+        }
         let now = f64::from(status.progress.samples);
         // Of what this run has to add.
         let begun = f64::from(self.spent.progress.samples);

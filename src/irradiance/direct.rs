@@ -6,6 +6,7 @@ use crate::render::method::DeviceFrame;
 use crate::render::scattering::Scattering;
 use crate::scene::Phase;
 use crate::{Error, Result, device_struct};
+use serde::Serialize;
 use std::f64::consts::PI;
 
 device_struct! {
@@ -58,7 +59,7 @@ pub const STRATA: u32 = 16;
 const COUNTS: usize = 1024;
 
 /// What the rays of all passes cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct DirectCost {
     /// Rays: one per cell and pass towards the lights, one into the background where it is not among them.
     pub rays: u64,

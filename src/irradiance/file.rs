@@ -10,30 +10,20 @@ use std::path::Path;
 
 /// What a file says that it is; a later format has another number.
 const FORMAT: &str = "light volume 1";
-const COMPONENTS: [&str; 12] = [
-    "fluence.R",
-    "fluence.G",
-    "fluence.B",
-    "direct.R",
-    "direct.G",
-    "direct.B",
-    "drift.X",
-    "drift.Y",
-    "drift.Z",
-    "flow.X",
-    "flow.Y",
-    "flow.Z",
-];
+/// What a cell has where the medium scatters into all directions alike, and where it does not.
+const PLAIN: [&str; 2] = ["fluence", "direct"];
+const DIRECTED: [&str; 4] = ["scattered", "direct", "drift", "flow"];
 
 impl LightData {
-    /// Writes a NRRD file: per cell the fluence of all light and that of unscattered light (RGB), and in media that do
-    /// not scatter into all directions alike both mean directions (flux over fluence): of all but unscattered light
-    /// (`drift`), and of unscattered light (`flow`). `data_hash`: of [`data_hash`](crate::render::data_hash).
+    /// Writes a NRRD file: per cell the fluence of all light and that of unscattered light (RGB). In media that do not
+    /// scatter into all directions alike, the first is of all but unscattered light (`scattered`), and its mean direction
+    /// (flux over fluence, `drift`) and that of unscattered light (`flow`) follow. `data_hash`: of [`data_hash`](crate::render::data_hash).
     ///
     /// # Errors
     /// [`Error::Failed`] with the path and the cause.
     pub fn write(&self, path: &Path, plan: &Plan<'_>, data_hash: &str) -> Result<()> {
-        let count = if self.directions.is_some() { 12 } else { 6 };
+        let names: &[&str] = if self.directions.is_some() { &DIRECTED } else { &PLAIN };
+        let count = 3 * names.len();
         let mut values = Vec::with_capacity(count * self.fluence.len());
         for i in 0..self.fluence.len() {
             values.extend(self.fluence[i]);
@@ -47,7 +37,7 @@ impl LightData {
         let spacing = box_size / DVec3::from_array(self.dims.map(|n| n as f64));
         let keys = [
             ("svetlo", FORMAT.to_owned()),
-            ("svetlo.components", COMPONENTS[..count].join(" ")),
+            ("svetlo.components", names.join(" ")),
             ("svetlo.version", env!("CARGO_PKG_VERSION").to_owned()),
             ("svetlo.light_hash", plan.scene.light_hash.clone()),
             ("svetlo.data_hash", data_hash.to_owned()),
@@ -84,7 +74,7 @@ impl LightData {
             }
         }
         let (dims, directed) = (setup.direct_grid.dims, setup.is_directed());
-        let count = if directed { 12 } else { 6 };
+        let count = 3 * if directed { DIRECTED.len() } else { PLAIN.len() };
         if file.dims != dims || file.count != count {
             let [nx, ny, nz] = dims;
             let [mx, my, mz] = file.dims;

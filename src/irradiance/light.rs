@@ -3,13 +3,12 @@
 use super::{DirectLight, LightGrid};
 use crate::Result;
 use crate::device::{Arg, Buffer, Device, Program, ProgramSpec};
-use std::f32::consts::PI;
 
 /// A light volume on the device, as `cl/irradiance/light.cl` reads it.
 pub struct LightBuffers {
     grid: LightGrid,
     device_grid: Buffer<super::DeviceLightGrid>,
-    /// Radiance per sigma_s: of all light, or of what is not unscattered where `directed` has that.
+    /// Fluence: of all light, or of what is not unscattered where there is `directed`.
     light: Buffer<[f32; 4]>,
     direct: Buffer<[f32; 4]>,
     directed: Option<Directed>,
@@ -28,9 +27,9 @@ struct Directed {
 pub struct LightData {
     /// Cells per axis.
     pub dims: [usize; 3],
-    /// Fluence of all light per channel.
+    /// Fluence per channel: of all light, or where there are `directions`, of all but unscattered light.
     pub fluence: Vec<[f32; 3]>,
-    /// That of unscattered light.
+    /// Fluence of unscattered light.
     pub direct: Vec<[f32; 3]>,
     /// `None` where the medium scatters into all directions alike.
     pub directions: Option<Directions>,
@@ -90,16 +89,11 @@ impl LightBuffers {
         let upload = |values: &[[f32; 3]]| -> Result<Buffer<[f32; 4]>> {
             Buffer::from_slice(device, &values.iter().map(|&v| float4(v)).collect::<Vec<_>>())
         };
-        let other = |i: usize, c: usize| if data.directions.is_some() { data.direct[i][c] } else { 0.0 };
-        let radiance = |(i, all): (usize, &[f32; 3])| -> [f32; 3] {
-            std::array::from_fn(|c| (all[c] - other(i, c)).max(0.0) / (4.0 * PI))
-        };
-        let light: Vec<[f32; 3]> = data.fluence.iter().enumerate().map(radiance).collect();
         let directed = match &data.directions {
             Some(Directions { drift, flow }) => Some(Directed { drift: upload(drift)?, flow: upload(flow)? }),
             None => None,
         };
-        Self::of(device, grid, upload(&light)?, upload(&data.direct)?, directed)
+        Self::of(device, grid, upload(&data.fluence)?, upload(&data.direct)?, directed)
     }
 
     /// Reads it back.
@@ -110,18 +104,16 @@ impl LightBuffers {
         let rgb = |buffer: &Buffer<[f32; 4]>| -> Result<Vec<[f32; 3]>> {
             Ok(buffer.read(device)?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect())
         };
-        let direct = rgb(&self.direct)?;
-        let mut fluence = rgb(&self.light)?;
-        for (all, direct) in fluence.iter_mut().zip(&direct) {
-            for c in 0..3 {
-                all[c] = 4.0 * PI * all[c] + if self.directed.is_some() { direct[c] } else { 0.0 };
-            }
-        }
         let directions = match &self.directed {
             Some(Directed { drift, flow }) => Some(Directions { drift: rgb(drift)?, flow: rgb(flow)? }),
             None => None,
         };
-        Ok(LightData { dims: self.grid.dims, fluence, direct, directions })
+        Ok(LightData {
+            dims: self.grid.dims,
+            fluence: rgb(&self.light)?,
+            direct: rgb(&self.direct)?,
+            directions,
+        })
     }
 
     /// Grid, light, drift, direct light, flow: as `render_light_volume` takes them.

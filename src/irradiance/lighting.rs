@@ -10,13 +10,14 @@ use crate::render::Plan;
 use crate::render::light_volume::LightSetup;
 use crate::render::local::LocalFrame;
 use crate::scene::{self, Light, Phase, ScatteredLight as Scattering};
+use serde::Serialize;
 use std::sync::Arc;
 
 /// Steps in time between two looks at the clock.
 const STEPS_AT_ONCE: u32 = 8;
 
 /// What the computation of a light volume did.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LightFacts {
     /// Time, with everything.
     pub seconds: f64,

@@ -232,3 +232,68 @@ fn seeds_differ_in_the_hash_only() {
     assert_eq!(a.seedless_hash, b.seedless_hash);
     assert_ne!(a.seedless_hash, scene(SCENE, &["image.width=3"]).seedless_hash);
 }
+
+#[test]
+fn a_turntable_turns_about_the_target() {
+    let table = "camera.turntable={frames = 4, angle = 360}";
+    let turned = scene(SCENE, &["camera.position=[1, 0, -2]", "camera.target=[1, 0, 0]", table]);
+    let positions: Vec<_> = turned.views.iter().map(|view| view.camera.position.to_array()).collect();
+    // Counterclockwise as seen from +y: from −z to −x, +z, +x.
+    let exact = [[1.0, 0.0, -2.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 2.0], [3.0, 0.0, 0.0]];
+    for (found, exact) in positions.iter().zip(exact) {
+        assert!(found.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} {exact:?}");
+    }
+    assert_eq!(turned.camera, turned.views[0].camera);
+    assert!(turned.views.iter().all(|view| view.camera.up == turned.camera.up));
+    let half = scene(SCENE, &["camera.turntable={frames = 3, angle = -90, axis = [1, 0, 0]}"]);
+    let third = half.views[2].camera.position;
+    let exact = [0.0, -2.0 * f64::sin(60_f64.to_radians()), -2.0 * f64::cos(60_f64.to_radians())];
+    assert!((third - glam::DVec3::from_array(exact)).length() < 1e-12, "{third}");
+}
+
+#[test]
+fn views_replace_what_they_name() {
+    let sets = ["camera.views=[{}, {position = [0, 3, 0], up = [1, 0, 0]}, {target = [0, 1, 0]}]"];
+    let scene = scene(SCENE, &sets);
+    let places: Vec<_> =
+        scene.views.iter().map(|v| (v.camera.position.to_array(), v.camera.target.y)).collect();
+    assert_eq!(places, [([0.0, 0.0, -2.0], 0.0), ([0.0, 3.0, 0.0], 0.0), ([0.0, 0.0, -2.0], 1.0)]);
+    assert_eq!(scene.views[1].camera.up, glam::DVec3::X);
+}
+
+#[test]
+fn a_view_is_the_scene_with_its_camera_alone() {
+    let alone = scene(SCENE, &["camera.position=[0, 3, 1]"]);
+    let both = scene(SCENE, &["camera.views=[{}, {position = [0, 3, 1]}]"]);
+    assert_eq!(both.hash, scene(SCENE, &[]).hash);
+    assert_eq!(both.of_view(&both.views[1]), alone);
+    // Light knows no camera.
+    assert_eq!(both.light_hash, alone.light_hash);
+    let others = ["seed=2", "medium.sigma_max=41", "light=[]", "background.color=0.5", "volume.spacing=2"];
+    let differs = |set: &&str| scene(SCENE, &[set]).light_hash != alone.light_hash;
+    assert_eq!(others.iter().filter(|set| differs(set)).count(), 4, "all but the empty list of lights");
+}
+
+#[test]
+fn methods_of_light_volumes_have_their_defaults() {
+    let method = |set: &str| match scene(SCENE, &[set]).method {
+        Method::LightVolume(settings) => settings,
+        other => panic!("{other:?}"),
+    };
+    let hybrid = method("method={kind = \"hybrid-diffusion\", coarsening = 2}");
+    assert_eq!((hybrid.coarsening, hybrid.direct_coarsening), (2, 1));
+    assert_eq!(hybrid.direct, DirectLight::Tracking { estimates: 32 });
+    assert!(matches!(
+        hybrid.scattered,
+        ScatteredLight::Steady(Steady { solver: DiffusionSolver::Multigrid, .. })
+    ));
+    let paper =
+        method("method={kind = \"hybrid-diffusion\", model = \"paper\", iterations = 7, coarsening = 2}");
+    assert!(matches!(paper.scattered, ScatteredLight::Steps { count: Some(7), .. }));
+    assert_eq!((paper.coarsening, paper.direct_coarsening), (2, 2));
+    let convection = method("method={kind = \"convection-diffusion\"}");
+    assert!(matches!(
+        convection.scattered,
+        ScatteredLight::Steps { count: None, courant: 0.5, spreading: 0.1 }
+    ));
+}

@@ -9,6 +9,7 @@ mod contract;
 mod documents;
 mod examples;
 mod interrupt;
+mod light;
 mod output;
 mod resume;
 mod scattering;

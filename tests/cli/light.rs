@@ -1,0 +1,174 @@
+//! Light volumes on the command line: several views, and files of light.
+
+use crate::support::Folder;
+use serde_json::Value;
+use svetlo::picture::Picture;
+
+const SCENE: &str = r#"
+[image]
+width = 16
+height = 12
+[camera]
+position = [0.5, 0.6, -2]
+target = [0.5, 0.5, 0.5]
+[volume]
+field = { kind = "sphere" }
+dims = [8, 9, 7]
+spacing = 0.125
+[medium]
+sigma_max = 5
+albedo = 0.9
+[[light]]
+kind = "directional"
+direction = [1, -2, 1]
+irradiance = [3, 2, 1]
+[background]
+color = 0.1
+[method]
+kind = "hybrid-diffusion"
+iterations = 3
+[stop]
+samples = 2
+"#;
+
+const PAPER: &str = "method={kind=\"convection-diffusion\"}";
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("lit.toml", SCENE);
+    folder
+}
+
+fn rgb(picture: &Picture) -> Vec<&[f32]> {
+    ["R", "G", "B"].map(|name| picture.channel(name).expect("a channel")).to_vec()
+}
+
+#[test]
+fn views_are_numbered_and_look_as_each_would_alone() {
+    let folder = folder();
+    let views = "camera.views=[{}, {position = [3, 0.5, 0.5]}]";
+    for method in ["method.iterations=3", PAPER, "method={kind=\"multiple-scattering\"}"] {
+        let ran =
+            folder.succeed(&["render", "lit.toml", "-o", "v.exr", "--json", "--set", views, "--set", method]);
+        let report: Value = serde_json::from_str(&ran.out).unwrap();
+        assert_eq!(report["views"].as_array().unwrap().len(), 2, "{}", ran.out);
+        assert_eq!(report["views"][1]["output"], "v.0002.exr");
+        assert!(folder.path("v.0002.png").exists() && !folder.path("v.exr").exists());
+        let sets = ["--set", "camera.position=[3, 0.5, 0.5]", "--set", method];
+        folder.succeed(&[&["render", "lit.toml", "-o", "alone.exr"], &sets[..]].concat());
+        assert_eq!(rgb(&folder.image("v.0002.exr")), rgb(&folder.image("alone.exr")), "{method}");
+        // The light was computed for the first view alone.
+        let light = |view: usize| !report["views"][view]["light"].is_null();
+        assert_eq!([light(0), light(1)], [!method.contains("multiple"), false], "{}", ran.out);
+    }
+}
+
+#[test]
+fn finished_views_are_left_and_the_others_are_rendered() {
+    let folder = folder();
+    let render = |samples: &str| {
+        let sets = ["--set", "camera.turntable.frames=3", "--samples", samples, "--resume"];
+        folder.succeed(&[&["render", "lit.toml", "-o", "v.exr"], &sets[..]].concat())
+    };
+    render("2");
+    let before = std::fs::read(folder.path("v.0001.exr")).unwrap();
+    std::fs::remove_file(folder.path("v.0003.exr")).unwrap();
+    let ran = render("2");
+    assert!(ran.out.contains("v.0001.exr is finished already"), "{}", ran.out);
+    assert!(ran.out.contains("wrote v.0003.exr"), "{}", ran.out);
+    assert_eq!(std::fs::read(folder.path("v.0001.exr")).unwrap(), before);
+}
+
+#[test]
+fn light_is_written_read_and_refused_for_other_scenes() {
+    let folder = folder();
+    for phase in ["phase.kind=isotropic", "phase={kind=\"henyey-greenstein\",g=0.6}"] {
+        let scene = ["--set", phase];
+        let render = |rest: &[&str]| folder.succeed(&[&["render", "lit.toml"], &scene[..], rest].concat());
+        render(&["-o", "a.exr", "--save-light", "light.nrrd"]);
+        render(&["-o", "b.exr", "--load-light", "light.nrrd"]);
+        assert_eq!(rgb(&folder.image("a.exr")), rgb(&folder.image("b.exr")), "{phase}");
+        let elsewhere = ["--set", "camera.position=[3, 0.5, 0.5]", "--set", "image.width=20"];
+        render(&[&["-o", "c.exr", "--load-light", "light.nrrd"], &elsewhere[..]].concat());
+        let other = ["--set", "medium.sigma_max=6", "--load-light", "light.nrrd"];
+        let ran = folder.run(&[&["render", "lit.toml", "-o", "d.exr"], &scene[..], &other[..]].concat());
+        ran.fails_with(2, "was computed for another scene");
+        assert!(!folder.path("d.exr").exists());
+    }
+}
+
+#[test]
+fn damaged_light_is_refused() {
+    let folder = folder();
+    folder.succeed(&["render", "lit.toml", "-o", "a.exr", "--save-light", "light.nrrd"]);
+    let good = std::fs::read(folder.path("light.nrrd")).unwrap();
+    let header = good.windows(2).position(|pair| pair == b"\n\n").unwrap() + 2;
+    let edit = |old: &str, new: &str| {
+        let text = String::from_utf8(good[..header].to_vec()).unwrap();
+        assert!(text.contains(old), "{text}");
+        [text.replace(old, new).as_bytes(), &good[header..]].concat()
+    };
+    let mut infinite = good.clone();
+    infinite[header..header + 4].copy_from_slice(&f32::INFINITY.to_le_bytes());
+    let cases = [
+        (good[..good.len() - 1].to_vec(), "expected 12096 bytes"),
+        ([&good[..], &[0]].concat(), "found 12097"),
+        (infinite, "not finite"),
+        (edit("sizes: 6 8 9 7", "sizes: 6 9 8 7"), "9×8×7"),
+        (edit("sizes: 6 8 9 7", "sizes: 3 16 9 7"), "has 3 numbers"),
+        (edit("dimension: 4\nsizes: 6 8 9 7", "dimension: 3\nsizes: 48 9 7"), "four sizes"),
+        (edit("type: float", "type: double"), "must be `float`"),
+        (edit("svetlo:=light volume 1", "svetlo:=light volume 2"), "light volume 1"),
+        (edit("svetlo.data_hash:=", "svetlo.data_hash:=0"), "from other data"),
+        (b"nothing".to_vec(), "does not begin with NRRD"),
+    ];
+    for (bytes, problem) in cases {
+        folder.write("bad.nrrd", bytes);
+        let ran = folder.run(&["render", "lit.toml", "-o", "b.exr", "--load-light", "bad.nrrd"]);
+        ran.fails_with(2, problem);
+        assert!(ran.err.contains("bad.nrrd"), "{}", ran.err);
+    }
+    folder.run(&["render", "lit.toml", "--load-light", "none.nrrd"]).fails_with(2, "none.nrrd");
+}
+
+#[test]
+fn light_files_go_with_methods_that_have_light() {
+    let folder = folder();
+    for option in ["--save-light", "--load-light"] {
+        let ran = folder.run(&["render", "scene.toml", option, "light.nrrd"]);
+        ran.fails_with(2, "hybrid-diffusion or convection-diffusion");
+    }
+    folder.run(&["render", "lit.toml", "--save-light", "light.exr"]).fails_with(2, ".nrrd");
+    let none = folder.run(&["render", "lit.toml", "--save-light", "no/light.nrrd"]);
+    none.fails_with(2, "no/light.nrrd");
+}
+
+#[test]
+fn what_the_model_cannot_do_is_refused() {
+    let folder = folder();
+    let paper = "{kind=\"convection-diffusion\"";
+    let cases = [
+        (format!("method={paper},courant=0.9}}"), "at most 0.61"),
+        (format!("method={paper},spreading=0.2}}"), "at most 0.1666"),
+        (format!("method={paper},steady={{}}}}"), "needs `method.model = \"steady\"`"),
+        (format!("method={paper},model=\"steady\",iterations=3}}"), "needs `method.model = \"paper\"`"),
+        ("method.direct_coarsening=2".into(), "must not exceed `method.coarsening`"),
+        (
+            "camera={position=[0,0,-2],target=[0,0,0],turntable={frames=2},views=[{}]}".into(),
+            "give one of the two",
+        ),
+        ("camera.views=[{target=[0.5,0.6,-2]}]".into(), "`camera.views.0.target` must differ"),
+    ];
+    for (set, problem) in cases {
+        folder.run(&["render", "lit.toml", "--set", &set]).fails_with(2, problem);
+    }
+    let rectangle = format!(
+        "{SCENE}[[light]]\nkind = \"rectangle\"\ncentre = [0, 2, 0]\nedge_u = [1, 0, 0]\n\
+                             edge_v = [0, 0, 1]\nradiance = 1\n"
+    );
+    folder.write("rectangle.toml", rectangle);
+    let ran = folder.run(&["render", "rectangle.toml", "--set", PAPER]);
+    ran.fails_with(2, "`light.1` is a rectangle");
+    let ran = folder.succeed(&["render", "lit.toml", "--set", PAPER]);
+    assert!(ran.err.contains("the background is seen, but lights nothing"), "{}", ran.err);
+}
