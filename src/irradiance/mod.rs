@@ -6,9 +6,12 @@
 //!
 //! - `grid`: the cells
 //! - `medium`: the medium and its lights on the device, as the kernels of scattering read them
+//! - `cells`: averages of the medium over cells
 
+mod cells;
 mod grid;
 mod medium;
 
+pub use cells::Cells;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use medium::LitMedium;
