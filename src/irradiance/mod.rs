@@ -7,11 +7,23 @@
 //! - `grid`: the cells
 //! - `medium`: the medium and its lights on the device, as the kernels of scattering read them
 //! - `cells`: averages of the medium over cells
+//! - `direct_light`: what reaches the cells unscattered
+//! - `scattered`, `channel`, `limiter`, `kernels`: what the medium scatters
 
 mod cells;
+mod channel;
+mod direct_light;
 mod grid;
+mod kernels;
+mod limiter;
 mod medium;
+mod scattered;
 
 pub use cells::Cells;
+pub use direct_light::DirectLight;
 pub use grid::{DeviceLightGrid, LightGrid};
+pub use limiter::Limiter;
 pub use medium::LitMedium;
+pub use scattered::{
+    ChannelFacts, ScatterObserver, ScatterProgress, ScatterSettings, ScatterSolver, ScatteredLight, solve,
+};
