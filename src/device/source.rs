@@ -31,6 +31,7 @@ const FILES: &[(&str, &str)] = embed![
     "irradiance/between.cl",
     "irradiance/cells.cl",
     "irradiance/grid.cl",
+    "irradiance/limiter.cl",
     "irradiance/points.cl",
     "irradiance/scattered.cl",
     "irradiance/source.cl",
