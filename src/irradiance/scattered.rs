@@ -7,6 +7,7 @@
 
 use super::channel::{Channel, ChannelFields, Stage};
 use super::kernels::ScatterKernels;
+use super::limiter::LimiterKernels;
 use super::{Cells, DirectLight, LightGrid, Limiter, LitMedium};
 use crate::device::{Buffer, Device, MemoryPlan};
 use crate::diffusion::{Boundary, Method, Solver};
@@ -124,7 +125,7 @@ impl ScatterSolver {
         settings: &ScatterSettings,
     ) -> Result<Self> {
         let boundary = Boundary { reflection: settings.reflection };
-        Self::memory(medium, coarse, direct_grid).check(device.info())?;
+        Self::memory(medium, coarse, direct_grid, settings.limiter).check(device.info())?;
         let method = medium.method.read(device)?;
         let Scattering { phase: [first, second, weight, _], .. } =
             method.first_chunk().map_or_else(Scattering::zeroed, |bytes: &[u8; size_of::<Scattering>()]| {
@@ -148,9 +149,15 @@ impl ScatterSolver {
     }
 
     /// What [`ScatterSolver::new`] and a solve would allocate on the device.
-    pub fn memory(medium: &LitMedium, coarse: &LightGrid, direct_grid: &LightGrid) -> MemoryPlan {
+    pub fn memory(
+        medium: &LitMedium,
+        coarse: &LightGrid,
+        direct_grid: &LightGrid,
+        limiter: Limiter,
+    ) -> MemoryPlan {
         let mut plan = Cells::memory(medium, coarse);
         plan.items.extend(Solver::memory(coarse.dims, coarse.cell).items);
+        plan.items.extend(LimiterKernels::memory(limiter, coarse.cells()).items);
         let cells = coarse.cells() as u64;
         for name in ["absorption", "transport coefficient", "diffusivity", "power"] {
             plan.add(&format!("{name} of a channel"), cells, size_of::<f32>());
