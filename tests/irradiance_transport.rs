@@ -35,7 +35,8 @@ fn transported(point: [f64; 3], phase: &str) -> [[f64; 2]; 3] {
         target[axis] += sign;
         let up = if axis == 1 { [1, 0, 0] } else { [0, 1, 0] };
         let camera = format!("position = {point:?}\ntarget = {target:?}\nup = {up:?}\nfov = 90");
-        let film = case(&camera, &format!("{phase}[method]\nkind = \"multiple-scattering\"\n")).film_of(SAMPLES);
+        let film =
+            case(&camera, &format!("{phase}[method]\nkind = \"multiple-scattering\"\n")).film_of(SAMPLES);
         for (i, pixel) in film.iter().enumerate() {
             let place = |i: usize| (2 * i + 1) as f64 / PIXELS as f64 - 1.0;
             let (u, v) = (place(i % PIXELS), place(i / PIXELS));
@@ -94,7 +95,7 @@ fn agrees(method: &str, phase: &str, points: &[[usize; 3]]) {
 
 #[test]
 fn hybrid_diffusion_has_the_fluence_of_multiple_scattering() {
-    agrees("[method]\nkind = \"hybrid-diffusion\"\", "", &[[16, 16, 16], [10, 20, 12]]);
+    agrees("[method]\nkind = \"hybrid-diffusion\"\n", "", &[[16, 16, 16], [10, 20, 12]]);
 }
 
 #[test]

@@ -9,9 +9,6 @@ use crate::device::{Buffer, Device};
 use crate::diffusion::{Coefficients, Outcome, Settings, Solver};
 use std::ops::ControlFlow;
 
-/// Relative residual with an updated diffusivity at which the updates end. Measured on a cloud and on a ball in a vacuum:
-/// the fluence in the medium is within 10⁻³ of the converged one then (rms), where the first is off by 0.06 and 0.2.
-const NONLINEAR: f64 = 1e-2;
 /// Updates after which they end anyway.
 const MOST_UPDATES: usize = 100;
 /// A linear solve between two updates ends at this times the nonlinear residual.
@@ -78,7 +75,7 @@ impl Channel<'_> {
         // Without a source there is nothing to limit.
         let mut nonlinear = if limited && mean > 0.0 { 1.0 } else { 0.0 };
         let mut outer = 0;
-        while nonlinear > NONLINEAR && outer < MOST_UPDATES {
+        while nonlinear > self.settings.nonlinear && outer < MOST_UPDATES {
             self.update(mean)?;
             outer += 1;
             last = self.linear(tolerance.max(PART * nonlinear.min(1.0)), outer, watch)?;
@@ -98,7 +95,7 @@ impl Channel<'_> {
             imbalance: last.imbalance,
             outer,
             nonlinear,
-            converged: last.converged && nonlinear <= NONLINEAR,
+            converged: last.converged && nonlinear <= self.settings.nonlinear,
             limited_cells: below,
             largest_flux: flux,
         })
