@@ -1,14 +1,15 @@
 //! Upwind convection of direct light against closed forms and against its twin in double precision.
 
-mod common;
 #[path = "common/cells.rs"]
 mod cells;
+mod common;
 
 use cells::Medium;
-use common::{EPS, close, device, largest, log_slope, report, scene};
+use common::{EPS, close, largest, log_slope, scene};
 use glam::DVec3;
+use svetlo::device::Device;
 use svetlo::irradiance::{
-    Carrying, Convection, DirectLight, check_courant, crossing_steps, largest_courant, refusal, steady_light,
+    Carrying, Convection, SteadyLight, check_courant, crossing_steps, largest_courant, refusal, steady_light,
     steady_memory, unlit_by,
 };
 use svetlo::reference::convection::{Convection as Twin, Source};
@@ -42,15 +43,19 @@ fn source(medium: &Medium, light: &Light) -> Source {
     }
 }
 
-fn steady(medium: &Medium, lights: &[Light], carrying: Carrying) -> (DirectLight, u32) {
+/// The device, opened once by each test's thread.
+fn device() -> &'static Device {
+    thread_local!(static DEVICE: &'static Device = Box::leak(Box::new(common::device())));
+    DEVICE.with(|device| *device)
+}
+
+fn steady(medium: &Medium, lights: &[Light], carrying: Carrying) -> SteadyLight {
     let device = device();
-    let found =
-        steady_light(&device, &medium.grid, &medium.cells(&device), lights, &medium.local, carrying).unwrap();
-    (found.direct, found.launches)
+    steady_light(device, &medium.grid, &medium.cells(device), lights, &medium.local, carrying).unwrap()
 }
 
 fn steady_fluence(medium: &Medium, lights: &[Light], carrying: Carrying) -> Vec<[f32; 4]> {
-    steady(medium, lights, carrying).0.fluence.read(&device()).unwrap()
+    steady(medium, lights, carrying).direct.fluence.read(device()).unwrap()
 }
 
 fn explicit(
@@ -61,15 +66,15 @@ fn explicit(
     steps: u32,
 ) -> Vec<[f32; 4]> {
     let device = device();
-    let cells = medium.cells(&device);
+    let cells = medium.cells(device);
     let mut convection =
-        Convection::new(&device, &medium.grid, &cells, lights, &medium.local, carrying, courant).unwrap();
+        Convection::new(device, &medium.grid, &cells, lights, &medium.local, carrying, courant).unwrap();
     // In two parts, with a look in between: the same steps.
-    convection.advance(&device, steps / 3).unwrap();
-    convection.direct(&device).unwrap();
-    convection.advance(&device, steps - steps / 3).unwrap();
+    convection.advance(device, steps / 3).unwrap();
+    convection.direct(device).unwrap();
+    convection.advance(device, steps - steps / 3).unwrap();
     assert_eq!(convection.steps(), u64::from(steps));
-    convection.direct(&device).unwrap().fluence.read(&device).unwrap()
+    convection.direct(device).unwrap().fluence.read(device).unwrap()
 }
 
 /// The fluence that a light of full share would bring, per channel: E, or I/r² beyond the cell's own mean.
@@ -79,7 +84,8 @@ fn unattenuated(medium: &Medium, light: &Light, i: usize) -> [f64; 3] {
         Light::Point { position, intensity } => {
             let volume = medium.grid.cell.element_product();
             let ball = (0.75 * volume / std::f64::consts::PI).cbrt();
-            let r2 = (medium.centre(i) - medium.local.point(position)).length_squared().max(ball * ball / 3.0);
+            let r2 =
+                (medium.centre(i) - medium.local.point(position)).length_squared().max(ball * ball / 3.0);
             intensity.map(|intensity| intensity / (r2 * medium.local.unit.powi(2)))
         }
         Light::Rectangle { .. } => unreachable!("no rectangles here"),
@@ -181,7 +187,8 @@ fn steps_come_to_rest_at_their_closed_form() {
 #[test]
 fn light_has_crossed_a_vacuum_after_the_steps_that_are_said() {
     let medium = Medium::grey([17, 6, 9], DVec3::new(1.0, 1.5, 1.0), |_| [0.0; 2]);
-    let directions = [DVec3::X, DVec3::new(1.0, -1.0, 1.0), DVec3::new(0.2, 1.0, -0.1), DVec3::new(-1.0, 0.0, 2.0)];
+    let directions =
+        [DVec3::X, DVec3::new(1.0, -1.0, 1.0), DVec3::new(0.2, 1.0, -0.1), DVec3::new(-1.0, 0.0, 2.0)];
     for courant in [0.2, 0.5] {
         let steps = crossing_steps(&medium.grid, courant);
         for direction in directions {
@@ -202,7 +209,6 @@ fn light_has_crossed_a_vacuum_after_the_steps_that_are_said() {
 
 #[test]
 fn both_forms_follow_their_twins() {
-    let device = device();
     for (dims, cell) in boxes() {
         for coloured in [false, true] {
             let medium = Medium::random(dims, cell, coloured, 11);
@@ -232,7 +238,6 @@ fn both_forms_follow_their_twins() {
             }
         }
     }
-    drop(device);
 }
 
 #[test]
@@ -267,7 +272,8 @@ fn the_largest_courant_number_is_that_of_the_fastest_cell() {
             // By looking: a fine lattice between the cells' centres.
             Source::Point(p) => {
                 let span = medium.grid.cell * DVec3::new(8.0, 6.0, 4.0);
-                let at = |k: usize| DVec3::new((k % 41) as f64, (k / 41 % 41) as f64, (k / 1681) as f64) / 40.0;
+                let at =
+                    |k: usize| DVec3::new((k % 41) as f64, (k / 41 % 41) as f64, (k / 1681) as f64) / 40.0;
                 largest((0..41_usize.pow(3)).map(|k| {
                     let away = 0.5 * medium.grid.cell + at(k) * span - p;
                     if away == DVec3::ZERO { 0.0 } else { rate(away.normalize()) }
@@ -276,7 +282,10 @@ fn the_largest_courant_number_is_that_of_the_fastest_cell() {
         };
         // The lattice misses the fastest direction by 1/40 of the span, seen from half a cell at least; the rate varies
         // with the square of the angle.
-        assert!(1.0 / found >= bound * (1.0 - 1e-12) && 1.0 / found <= bound * 1.05, "{light:?} {found} {bound}");
+        assert!(
+            1.0 / found >= bound * (1.0 - 1e-12) && 1.0 / found <= bound * 1.05,
+            "{light:?} {found} {bound}"
+        );
     }
     let close = check_courant(0.0, &[], &medium.grid, &medium.local).unwrap_err().to_string();
     assert!(close.contains("`courant` = 0 must be above 0"), "{close}");
@@ -318,8 +327,7 @@ fn cells_near_a_point_light_in_the_box_keep_its_light_however_dense_the_medium()
     let medium = Medium::grey([9, 9, 9], DVec3::ONE, |_| [0.0, 50.0]);
     let light = point(&medium, DVec3::splat(4.5));
     let courant = largest_courant(&[light], &medium.grid, &medium.local);
-    let forms =
-        [steady_fluence(&medium, &[light], GREY), explicit(&medium, &[light], GREY, courant, 40)];
+    let forms = [steady_fluence(&medium, &[light], GREY), explicit(&medium, &[light], GREY, courant, 40)];
     for fluence in forms {
         for (i, share) in shares(&medium, &light, &fluence, 1).into_iter().enumerate() {
             let cells = (medium.centre(i) - 4.5).length_squared();
@@ -337,7 +345,8 @@ fn lights_add_up() {
     let medium = Medium::random([9, 7, 8], DVec3::new(1.0, 1.0, 1.5), true, 23);
     let all: Vec<Light> = lights(&medium).into_iter().take(5).collect();
     for form in [
-        &(|lights: &[Light]| steady_fluence(&medium, lights, CHROMATIC)) as &dyn Fn(&[Light]) -> Vec<[f32; 4]>,
+        &(|lights: &[Light]| steady_fluence(&medium, lights, CHROMATIC))
+            as &dyn Fn(&[Light]) -> Vec<[f32; 4]>,
         &|lights: &[Light]| explicit(&medium, lights, CHROMATIC, 0.4, 30),
     ] {
         let together = form(&all);
@@ -357,10 +366,10 @@ fn no_light_and_black_lights_leave_darkness() {
     let black = Light::Directional { direction: DVec3::X, irradiance: [0.0; 3] };
     let directed = Carrying { mean_cosine: 0.5, directed: true, ..GREY };
     for lights in [&[][..], &[black]] {
-        let (direct, launches) = steady(&medium, lights, directed);
+        let SteadyLight { direct, launches } = steady(&medium, lights, directed);
         assert_eq!(launches, 0);
         for field in [&direct.fluence, direct.reduced.as_ref().unwrap(), direct.flow.as_ref().unwrap()] {
-            assert!(field.read(&device()).unwrap().iter().all(|cell| *cell == [0.0; 4]));
+            assert!(field.read(device()).unwrap().iter().all(|cell| *cell == [0.0; 4]));
         }
         assert!(explicit(&medium, lights, GREY, 0.5, 3).iter().all(|cell| *cell == [0.0; 4]));
     }
@@ -371,10 +380,9 @@ fn extinctions_of_twelve_decades_give_numbers() {
     let medium = Medium::grey([9, 9, 9], DVec3::ONE, |i| [0.0, if i % 3 == 0 { 1e6 } else { 1e-6 }]);
     for light in lights(&medium) {
         let courant = largest_courant(&[light], &medium.grid, &medium.local);
-        for fluence in [
-            steady_fluence(&medium, &[light], GREY),
-            explicit(&medium, &[light], GREY, courant, 30),
-        ] {
+        for fluence in
+            [steady_fluence(&medium, &[light], GREY), explicit(&medium, &[light], GREY, courant, 30)]
+        {
             let shares = shares(&medium, &light, &fluence, 0);
             assert!(shares.iter().all(|share| (0.0..=1.0 + STEPPED).contains(share)), "{light:?}");
         }
@@ -386,10 +394,10 @@ fn the_reduced_fluence_counts_scattering_by_what_does_not_go_on() {
     let medium = Medium::random([8, 7, 6], DVec3::ONE, false, 31);
     let light = parallel(DVec3::new(2.0, -1.0, 1.0));
     for mean_cosine in [0.75, -0.5] {
-        let (direct, launches) =
+        let SteadyLight { direct, launches } =
             steady(&medium, &[light], Carrying { mean_cosine, directed: true, ..GREY });
         assert_eq!(launches, 2 * (8 + 7 + 6 - 2));
-        let fluence = direct.reduced.unwrap().read(&device()).unwrap();
+        let fluence = direct.reduced.unwrap().read(device()).unwrap();
         for channel in 0..3 {
             let exact = twin(&medium, channel, 1.0 - mean_cosine).steady(source(&medium, &light));
             let found = shares(&medium, &light, &fluence, channel);
@@ -398,7 +406,7 @@ fn the_reduced_fluence_counts_scattering_by_what_does_not_go_on() {
             }
         }
     }
-    let (direct, _) = steady(&medium, &[light], Carrying { directed: true, ..GREY });
+    let direct = steady(&medium, &[light], Carrying { directed: true, ..GREY }).direct;
     assert!(direct.reduced.is_none() && direct.flow.is_some());
 }
 
@@ -413,8 +421,8 @@ fn the_flow_is_the_mean_direction_of_the_fluence() {
     ];
     let fluences = lights.map(|light| steady_fluence(&medium, &[light], GREY));
     let mean = |cell: [f32; 4]| (f64::from(cell[0]) + f64::from(cell[1]) + f64::from(cell[2])) / 3.0;
-    let (direct, _) = steady(&medium, &lights, directed);
-    let flow = direct.flow.unwrap().read(&device()).unwrap();
+    let direct = steady(&medium, &lights, directed).direct;
+    let flow = direct.flow.unwrap().read(device()).unwrap();
     for (i, found) in flow.iter().enumerate() {
         let (mut flux, mut fluence) = (DVec3::ZERO, 0.0);
         for (light, cells) in lights.iter().zip(&fluences) {
@@ -435,7 +443,7 @@ fn the_flow_is_the_mean_direction_of_the_fluence() {
 #[test]
 fn a_sweep_launches_once_for_each_level() {
     let medium = Medium::grey([10, 6, 8], DVec3::ONE, |_| [0.0, 0.1]);
-    let launches = |light: Light| steady(&medium, &[light], GREY).1;
+    let launches = |light: Light| steady(&medium, &[light], GREY).launches;
     assert_eq!(launches(parallel(DVec3::new(1.0, -2.0, 3.0))), 10 + 6 + 8 - 2);
     // From cell (5, 3, 4), the farthest corner is 5 + 3 + 4 cells away.
     assert_eq!(launches(point(&medium, DVec3::new(5.5, 3.5, 4.5))), 13);
@@ -470,5 +478,4 @@ fn the_memory_that_is_announced_is_what_is_allocated() {
     assert_eq!(Convection::memory(&medium.grid, 1, CHROMATIC).total(), 16 * (2 * padded + 2 * cells));
     let directed = Carrying { mean_cosine: 0.1, directed: true, ..GREY };
     assert_eq!(steady_memory(&medium.grid, directed).total(), 4 * padded + 16 * padded + 3 * 16 * cells);
-    report("memory of a light", 0.0, 0.0);
 }

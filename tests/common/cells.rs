@@ -1,6 +1,6 @@
 //! Light volumes whose cells are given number by number.
 
-use super::noise;
+use crate::common::noise;
 use glam::DVec3;
 use svetlo::device::{Buffer, Device};
 use svetlo::irradiance::{Cells, LightGrid};
@@ -26,7 +26,8 @@ impl Medium {
         let local = LocalFrame::new(DVec3::new(-3.0, 1.0, 0.5), 0.25 * cell, dims);
         let grid = LightGrid::new(&local, 1);
         let cells = (0..grid.cells()).map(&of);
-        let [scattering, absorption] = [0, 1].map(|k| cells.clone().map(|c| c[k].map(|v| v as f32)).collect());
+        let [scattering, absorption] =
+            [0, 1].map(|k| cells.clone().map(|c| c[k].map(|v| v as f32)).collect());
         Self { grid, local, scattering, absorption }
     }
 
@@ -38,11 +39,9 @@ impl Medium {
             let u = &random[9 * i..][..9];
             let sigma = |c: usize| {
                 let c = if coloured { c } else { 0 };
-                // In float32, so that channels of the same extinction have the same sum.
-                f64::from(if u[c] < 0.3 { 0.0 } else { 10_f32.powf(4.0 * u[3 + c] as f32 - 3.0) })
+                if u[c] < 0.3 { 0.0 } else { 10_f64.powf(4.0 * u[3 + c] - 3.0) }
             };
-            // Halves and quarters: their sums round to nothing else.
-            let scattering = [0, 1, 2].map(|c| sigma(c) * (1.0 + (3.0 * u[6 + c]).floor()) / 4.0);
+            let scattering = [0, 1, 2].map(|c| sigma(c) * u[6 + c]);
             [scattering, [0, 1, 2].map(|c| sigma(c) - scattering[c])]
         })
     }
