@@ -8,6 +8,7 @@
 //! - `grid`: the cells
 //! - `medium`: the medium and its lights on the device, as the kernels of scattering read them
 //! - `spreading`: scattered light by explicit diffusion
+//! - `cells`: averages of the medium over cells
 
 mod carried;
 mod cells;
