@@ -9,6 +9,8 @@
 // Purposes keep streams apart that share a pixel and a sample.
 #define RNG_STEP_PHASE 1u
 #define RNG_STRATA 3u // keys of a sample's stratified points
+#define RNG_DIRECT 4u // direct light of cells, with the kind of ray in the upper 24 bits, as the next
+#define RNG_DIRECT_STRATA 5u
 #define RNG_PATH 2u // with the path's number in the upper 24 bits (see stream.cl)
 
 INLINE uint4 philox4x32(uint4 counter, uint2 key) {

@@ -14,6 +14,9 @@ struct MediumTables {
     __global const VOXEL *voxels;
     __global const BrickBound *bounds;
     __global const float *sigmas;
+#ifdef CONTROLLED
+    float over, under; // tentative collisions come at the rate over * majorant - under * minorant
+#endif
 };
 
 // Rays in grid coordinates; `t` counts local length.
@@ -95,6 +98,10 @@ struct FlightLanes {
     Reals distance;          // its t
     Reals value;             // its place in the transfer function: window value in entries of the table
     Reals row;               // ... and row of a 2-D one
+#ifdef CONTROLLED
+    Reals minorant;          // of the brick of the tentative collision
+    Reals control;           // optical depth of the minorants on the way, which the flight's owner takes into account
+#endif
 };
 
 // What is left of a ray, in a channel of light.

@@ -5,6 +5,9 @@
 // than `threshold` is left, and all or nothing (delta tracking) below. What is left at the end, `through`, is an
 // unbiased estimate of the transmittance; the parts taken, of which one is kept at random in proportion, are one of the
 // collision density. `taken` + `through` is 1 exactly, whatever the medium and its majorant.
+//
+// CONTROLLED: tentative collisions are those of the extinction above the brick's minorant alone (residual tracking, Novák
+// et al. 2014), and `control` sums the minorant's optical depth up. `collide` does not know of that.
 #include "common/exponential.cl"
 #include "volume/closed_form.cl"
 #include "volume/flight.cl"
@@ -40,15 +43,16 @@ INLINE void seek_bricks(struct FlightLanes *f, const struct RayLanes *ray, __con
     f->bz = PICK(f->bz, seek_brick(f->t, ray->ahead.z, ray->origin.z, ray->direction.z, ray->inverse.z, brick, n.z), mask);
 }
 
-INLINE Reals brick_majorants(const struct MediumTables *m, const struct FlightLanes *f) {
+// Majorants (which = 0) or minorants (1).
+INLINE Reals brick_bounds(const struct MediumTables *m, const struct FlightLanes *f, int which) {
     Ints index = f->bx + f->by * m->volume->bricks.y + f->bz * m->volume->bricks.z;
-    return gather_lanes((__global const float *)m->bounds, 2 * index);
+    return gather_lanes((__global const float *)m->bounds, 2 * index + which);
 }
 
 // Moves every travelling ray to its next tentative collision in this brick, or to the next brick, or to its end.
 INLINE void travel(struct FlightLanes *f, const struct RayLanes *ray, const struct MediumTables *m) {
     Ints travelling = f->state == TRAVELLING;
-    Reals bound = brick_majorants(m, f);
+    Reals bound = brick_bounds(m, f, 0);
     Ints empty = bound < 0.0f;
     Reals reach = PICK((Reals)(1.0f), -bound, empty);
     float brick = (float)(1 << m->volume->bricks.w);
@@ -57,11 +61,21 @@ INLINE void travel(struct FlightLanes *f, const struct RayLanes *ray, const stru
     Reals tz = leave_time(f->bz, reach, ray->ahead.z, ray->origin.z, ray->inverse.z, brick);
     Reals leave = min(min(tx, ty), tz);
     Reals next = max(min(leave, f->end), f->t);
+#ifdef CONTROLLED
+    Reals minorant = brick_bounds(m, f, 1);
+    Reals rate = m->over * bound - m->under * minorant;
+#else
     Reals rate = bound * f->scale;
+#endif
     Reals depth = PICK(rate * (next - f->t), (Reals)(0.0f), empty);
     Ints hit = travelling & (f->depth < depth);
     Ints arrived = travelling & NOT(hit) & (next >= f->end);
     Ints on = travelling & NOT(hit) & NOT(arrived);
+#ifdef CONTROLLED
+    Reals way = PICK(next, min(f->t + f->depth / rate, next), hit) - f->t;
+    f->control += PICK((Reals)(0.0f), minorant * way, travelling);
+    f->minorant = PICK(f->minorant, minorant, hit);
+#endif
     f->t = PICK(f->t, min(f->t + f->depth / rate, next), hit);
     f->majorant = PICK(f->majorant, rate, hit);
     f->depth = PICK(f->depth, f->depth - depth, on);

@@ -198,6 +198,18 @@ impl DeviceInfo {
         self.is_llvmpipe()
     }
 
+    /// Rays that a work-item follows side by side through a padded grid of so many voxels (`WIDTH` in
+    /// `cl/common/lanes.cl`): as many as the vectors of CPUs have lanes. More than one lane indexes voxels in 32 bits.
+    pub fn lanes(&self, voxels: u64) -> u32 {
+        let lanes = match self.vector_width {
+            16.. => 16,
+            8.. => 8,
+            4.. => 4,
+            _ => 1,
+        };
+        if self.kind == DeviceKind::Cpu && voxels < 1 << 31 { lanes } else { 1 }
+    }
+
     /// Whether functions may be inlined by force. Oclgrind 21.10 stops at what LLVM leaves behind
     /// (`llvm.experimental.noalias.scope.decl`).
     pub fn can_force_inlining(&self) -> bool {

@@ -27,6 +27,6 @@ pub use catalog::{Catalog, DeviceInfo, DeviceKind};
 pub use context::Device;
 pub use kernel::{Arg, Kernel};
 pub use memory::MemoryPlan;
-pub use pacing::Pacer;
+pub use pacing::{LAUNCH_TARGET, Pacer};
 pub use program::{Program, ProgramSpec};
 pub use source::sources_hash;

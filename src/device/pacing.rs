@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+/// Launches aim at this length: long enough to hide their overhead, short enough for watchdogs and Ctrl-C.
+pub const LAUNCH_TARGET: Duration = Duration::from_millis(100);
+
 /// Chooses how many work units the next launch covers, from the time the last ones took.
 #[derive(Clone, Debug)]
 pub struct Pacer {

@@ -30,6 +30,8 @@ const FILES: &[(&str, &str)] = embed![
     "film/accumulate.cl",
     "irradiance/cells.cl",
     "irradiance/convection.cl",
+    "irradiance/direct.cl",
+    "irradiance/direct_rays.cl",
     "irradiance/grid.cl",
     "irradiance/padded.cl",
     "irradiance/points.cl",

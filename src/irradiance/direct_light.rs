@@ -1,14 +1,33 @@
-//! Direct light per cell.
+//! The light that reaches the cells of a light volume unscattered.
 
-use crate::device::Buffer;
+use crate::Result;
+use crate::device::{Buffer, Device};
 
-/// Direct light in every cell of a grid.
+/// Light in the cells of a light volume before the medium scatters it, x fastest.
 pub struct DirectLight {
-    /// Fluence of light that was not scattered, rgb; w: variance of the estimate of the channels' mean, 0 if exact.
+    /// Fluence, attenuated by the extinction σ_t, per channel; w: the variance of this estimate of the channels' mean,
+    /// 0 where it is exact, infinite where it is not known.
     pub fluence: Buffer<[f32; 4]>,
-    /// The same where only absorption and (1 − g) of scattering take light away; `None` for g = 0, where it is the same.
+    /// Fluence attenuated by σ_a + (1 − g) σ_s; `None` where the phase function's mean cosine g is 0: then it is the
+    /// same.
     pub reduced: Option<Buffer<[f32; 4]>>,
-    /// Mean direction of travel, of the channels' mean: vector flux over fluence, of length 1 at most; `None` for the
-    /// isotropic phase function.
+    /// The mean direction of propagation: vector flux over fluence, of the channels' mean, no longer than 1, 0 in the
+    /// dark; `None` for the isotropic phase function, which does not ask for it.
     pub flow: Option<Buffer<[f32; 4]>>,
+}
+
+impl DirectLight {
+    /// RMS standard error of the fluence over its RMS, both of the channels' mean and over all cells; 0 in the dark.
+    ///
+    /// # Errors
+    /// [`crate::Error::Failed`] when the device fails.
+    pub fn relative_error(&self, device: &Device) -> Result<f64> {
+        let (mut squares, mut variances) = (0.0, 0.0);
+        for [r, g, b, variance] in self.fluence.read(device)? {
+            let mean = (f64::from(r) + f64::from(g) + f64::from(b)) / 3.0;
+            squares += mean * mean;
+            variances += f64::from(variance);
+        }
+        Ok(if variances == 0.0 { 0.0 } else { (variances / squares).sqrt() })
+    }
 }

@@ -56,6 +56,16 @@ impl LitMedium {
         self.spec.defines.iter().any(|(name, _)| *name == feature)
     }
 
+    /// Voxels of the padded buffer.
+    pub fn voxel_count(&self) -> u64 {
+        let bytes = match self.spec.defines.iter().find(|(name, _)| *name == "VOXEL") {
+            Some((_, kind)) if kind.ends_with("char") => 1,
+            Some((_, kind)) if kind.ends_with("short") => 2,
+            _ => 4,
+        };
+        self.voxels.len() as u64 / bytes
+    }
+
     /// The program of `entry`, a file below `cl/`, specialised for this medium; `adapt` adds what is its own.
     ///
     /// # Errors

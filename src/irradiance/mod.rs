@@ -9,10 +9,13 @@
 //! - `medium`: the medium and its lights on the device, as the kernels of scattering read them
 //! - `spreading`: scattered light by explicit diffusion
 //! - `cells`: averages of the medium over cells
+//! - `direct`: direct light by tracking towards the lights
+//! - `direct_light`: direct light, however it was computed
 
 mod carried;
 mod cells;
 mod convection;
+mod direct;
 mod direct_light;
 mod grid;
 mod medium;
@@ -21,6 +24,7 @@ mod spreading;
 pub use carried::{CarriedLight, check_courant, crossing_steps, largest_courant, refusal, unlit_by};
 pub use cells::Cells;
 pub use convection::{Carrying, Convection, SteadyLight, steady_light, steady_memory};
+pub use direct::{Direct, DirectCost, DirectCounts, DirectParameters, STRATA};
 pub use direct_light::DirectLight;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use medium::LitMedium;

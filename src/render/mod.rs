@@ -58,5 +58,7 @@ pub const LAYOUTS: &[StructLayout] = &[
     auxiliary::Auxiliary::LAYOUT,
     crate::irradiance::DeviceLightGrid::LAYOUT,
     crate::irradiance::CarriedLight::LAYOUT,
+    crate::irradiance::DirectParameters::LAYOUT,
+    crate::irradiance::DirectCounts::LAYOUT,
     crate::diffusion::DeviceDiffusionGrid::LAYOUT,
 ];

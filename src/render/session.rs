@@ -4,16 +4,15 @@ use super::auxiliary::Auxiliary;
 use super::ledger::{Ledger, PathLedger};
 use super::plan::Plan;
 use super::resume::SavedFilm;
-use crate::device::{Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, Pacer, Program, ProgramSpec};
+use crate::device::{
+    Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, LAUNCH_TARGET, Pacer, Program, ProgramSpec,
+};
 use crate::film::FilmPixel;
 use crate::{Error, Result};
 use std::time::Duration;
 
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
 pub(super) const TILE: u32 = 8;
-
-/// Launches aim at this length: long enough to hide their overhead, short enough for watchdogs and Ctrl-C.
-const LAUNCH_TARGET: Duration = Duration::from_millis(100);
 
 /// The plan's program as this device runs it best.
 ///
@@ -32,16 +31,9 @@ fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
     if device.can_force_inlining() { spec } else { spec.define("INLINE", "inline") }
 }
 
-/// Paths that a work-item follows side by side: as many as the device's vectors have lanes, of CPUs, which then take a
-/// whole tile per work-item. More than one lane indexes voxels in 32 bits.
+/// Paths that a work-item follows side by side; with more than one it takes a whole tile.
 fn path_lanes(plan: &Plan<'_>, device: &DeviceInfo) -> u32 {
-    let lanes = match device.vector_width {
-        16.. => 16,
-        8.. => 8,
-        4.. => 4,
-        _ => 1,
-    };
-    if device.kind == DeviceKind::Cpu && plan.grid.device_voxels().0 < 1 << 31 { lanes } else { 1 }
+    device.lanes(plan.grid.device_voxels().0)
 }
 
 /// How far a session has come.

@@ -49,6 +49,17 @@ pub enum Phase {
     },
 }
 
+impl Phase {
+    /// The mean of μ.
+    pub fn mean_cosine(&self) -> f64 {
+        match *self {
+            Self::Isotropic | Self::Rayleigh => 0.0,
+            Self::HenyeyGreenstein { g } => g,
+            Self::TwoLobe { g, weight } => weight * g[0] + (1.0 - weight) * g[1],
+        }
+    }
+}
+
 pub(super) fn medium(config: &MediumConfig, method: &MethodConfig, cx: &mut Context<'_>) -> Medium {
     match *config {
         MediumConfig::Opacity { reference_length, .. } => Medium::Opacity { reference_length },

@@ -1,0 +1,351 @@
+// Rays from the centres of cells towards what lights them, WIDTH of them side by side.
+//
+// A ray loses light by residual ratio tracking, whose control is the minorant of each brick (Novák et al. 2014): where
+// the medium is the same all over a brick, there is nothing to look up. Russian roulette ends rays that little is left
+// of. Light that is attenuated by sigma_a + (1 - g) sigma_s instead (REDUCED) is estimated from the same look-ups, with
+// other weights.
+#include "common/directions.cl"
+#include "common/random_lanes.cl"
+#include "irradiance/grid.cl"
+#include "lights/sample.cl"
+#include "render/background.cl"
+#include "volume/tracking.cl"
+
+// Kinds of rays.
+#define TO_LIGHT 0 // a sample of the lights
+#define TO_SKY 1   // in any direction, where the background is not among them
+
+// The passes of a cell are stratified in groups of so many, a power of two up to 64.
+#ifndef STRATA
+#define STRATA 16u
+#endif
+
+// Rays of which less is left play Russian roulette.
+#ifndef ROULETTE_FROM
+#define ROULETTE_FROM 0.1f
+#endif
+
+// Minorants are taken into account, for roulette, where they add up to this.
+#define WORN_DEPTH 1.0f
+
+// Channels whose reduced attenuation differs.
+#ifdef GREY
+#define REDUCED_TRACKED 1
+#else
+#define REDUCED_TRACKED 3
+#endif
+
+#define FOUR_PI 12.5663706f
+
+// What rays read besides the medium.
+struct DirectScene {
+    __constant struct LightGrid *grid;
+    __constant struct DirectParameters *parameters;
+    __global const float4 *colors;
+    __global const struct Light *lights;
+    __global const float *environment_sums;
+    __global const float4 *environment;
+};
+
+struct DirectLanes {
+    Ints slot;                // cell within the work-item
+    Words cell;
+    Words kind;
+    Words draws;              // random numbers count from the ray's own start,
+    Words stream[2];          // drawn when it begins
+    Reals weight[3];          // fluence that it brings if nothing is in its way
+    struct Points direction;  // towards the light, local
+#ifdef REDUCED
+    Reals reduced[REDUCED_TRACKED]; // as `through`, by the reduced extinction
+#endif
+};
+
+struct DirectTally {
+    uint lookups;
+    uint above;
+};
+
+INLINE float component(float4 v, int channel) {
+    return channel == 0 ? v.x : channel == 1 ? v.y : v.z;
+}
+
+INLINE struct DirectLanes idle_rays(void) {
+    struct DirectLanes d;
+    Reals zero = (Reals)(0.0f);
+    d.slot = (Ints)(0);
+    d.cell = d.kind = d.draws = d.stream[0] = d.stream[1] = (Words)(0u);
+    d.direction = points((Reals)(1.0f), zero, zero);
+    for (int c = 0; c < 3; ++c) {
+        d.weight[c] = zero;
+    }
+#ifdef REDUCED
+    for (int c = 0; c < REDUCED_TRACKED; ++c) {
+        d.reduced[c] = zero;
+    }
+#endif
+    return d;
+}
+
+INLINE struct FlightLanes idle_flights(void) {
+    struct FlightLanes f;
+    Reals zero = (Reals)(0.0f);
+    f.state = (Ints)(RESTING);
+    f.bx = f.by = f.bz = (Ints)(0);
+    f.t = f.end = f.depth = f.taken = f.distance = f.value = f.row = f.minorant = f.control = zero;
+    f.majorant = f.scale = f.threshold = (Reals)(1.0f);
+    for (int c = 0; c < TRACKED; ++c) {
+        f.through[c] = f.share[c] = zero;
+    }
+    f.place = points(zero, zero, zero);
+    return f;
+}
+
+#ifdef SAMPLE_LIGHTS
+// The sample of a light as a cell sees it. 1 / r^2 stands for no cell that has a point light at its centre: nearer than
+// `nearest2`, the mean of 1 / r^2 over a ball of the cell's volume does.
+INLINE struct LightSample light_of_cell(const struct MediumTables *m, const struct DirectScene *s, float4 centre,
+    float4 u) {
+    struct LightSample light = light_sample(m->frame, s->lights, s->environment_sums, s->environment, centre, u);
+    uint index = pick_light(s->lights, m->frame->light_count, u.x);
+    if (index < m->frame->light_count && (int)s->lights[index].position.w == LIGHT_POINT
+        && light.distance * light.distance < s->parameters->nearest2) {
+        float4 power = s->lights[index].power;
+        light.weight = power / (power.w * s->parameters->nearest2);
+    }
+    return light;
+}
+#endif
+
+#ifdef SKY
+// The background in a direction drawn from all over the sphere.
+INLINE struct LightSample sky_of_cell(const struct MediumTables *m, const struct DirectScene *s, float4 direction) {
+    struct LightSample light;
+    light.direction = direction;
+    light.weight = FOUR_PI * (float4)(background_radiance(m->frame, s->environment, direction.xyz), 0.0f);
+    light.distance = INFINITY;
+    light.pdf = 1.0f / FOUR_PI;
+    return light;
+}
+#endif
+
+// Puts the lanes of `begun` on new rays.
+INLINE void begin_rays(struct DirectLanes *d, struct FlightLanes *f, struct RayLanes *ray, const struct MediumTables *m,
+    const struct DirectScene *s, uint pass, Ints begun) {
+    uint2 seed = (uint2)(m->frame->seed_low, m->frame->seed_high);
+    Words words[4], keys[4], strata[4];
+    words[0] = keys[0] = d->cell;
+    words[1] = (Words)(pass);
+    keys[1] = (Words)(pass / STRATA);
+    words[2] = keys[2] = (Words)(0u);
+    words[3] = d->kind << 8 | RNG_DIRECT;
+    keys[3] = d->kind << 8 | RNG_DIRECT_STRATA;
+    philox_lanes(words, seed);
+    philox_lanes(keys, seed);
+    sobol_lanes((Words)(pass % STRATA), keys, strata);
+    d->stream[0] = PICK(d->stream[0], words[0], begun);
+    d->stream[1] = PICK(d->stream[1], words[1], begun);
+    d->draws = PICK(d->draws, (Words)(0u), begun);
+    Reals zero = (Reals)(0.0f);
+    RealLanes u = real_lanes(uniform_lanes(strata[2]));
+    RealLanes v = real_lanes(uniform_lanes(strata[0])), w = real_lanes(uniform_lanes(strata[1]));
+#ifdef SKY
+    struct Points sky = uniform_directions(v.all, w.all);
+    RealLanes dx = real_lanes(sky.x), dy = real_lanes(sky.y), dz = real_lanes(sky.z);
+#else
+    RealLanes dx = real_lanes((Reals)(1.0f)), dy = real_lanes(zero), dz = dy;
+#endif
+    RealLanes x = real_lanes(zero), y = x, z = x, far = x;
+    RealLanes weight[3];
+    weight[0] = weight[1] = weight[2] = x;
+    IntLanes begins = int_lanes(begun);
+    WordLanes cell, kind;
+    cell.all = d->cell;
+    kind.all = d->kind;
+    for (int i = 0; i < WIDTH; ++i) {
+        if (!begins.lane[i]) {
+            continue;
+        }
+        float4 centre = cell_centre(s->grid, cell_of(s->grid, cell.lane[i]));
+        struct LightSample light;
+#if defined(SKY) && defined(SAMPLE_LIGHTS)
+        if (kind.lane[i] == TO_SKY) {
+            light = sky_of_cell(m, s, (float4)(dx.lane[i], dy.lane[i], dz.lane[i], 0.0f));
+        } else {
+            light = light_of_cell(m, s, centre, (float4)(u.lane[i], v.lane[i], w.lane[i], 0.0f));
+        }
+#elif defined(SKY)
+        light = sky_of_cell(m, s, (float4)(dx.lane[i], dy.lane[i], dz.lane[i], 0.0f));
+#else
+        light = light_of_cell(m, s, centre, (float4)(u.lane[i], v.lane[i], w.lane[i], 0.0f));
+#endif
+        centre = centre * m->volume->scale + GRID_LOW;
+        x.lane[i] = centre.x;
+        y.lane[i] = centre.y;
+        z.lane[i] = centre.z;
+        dx.lane[i] = light.direction.x;
+        dy.lane[i] = light.direction.y;
+        dz.lane[i] = light.direction.z;
+        // What brings nothing need not travel.
+        far.lane[i] = light.weight.x + light.weight.y + light.weight.z > 0.0f ? light.distance : -1.0f;
+        for (int c = 0; c < 3; ++c) {
+            weight[c].lane[i] = component(light.weight, c);
+        }
+    }
+    for (int c = 0; c < 3; ++c) {
+        d->weight[c] = PICK(d->weight[c], weight[c].all, begun);
+    }
+    struct Points direction = points(dx.all, dy.all, dz.all);
+    d->direction = pick_points(d->direction, direction, begun);
+    float4 scale = m->volume->scale;
+    struct RayLanes fresh = ray_lanes(points(x.all, y.all, z.all),
+        points(direction.x * scale.x, direction.y * scale.y, direction.z * scale.z));
+    Reals from = zero;
+    Reals to = far.all;
+    clip_rays(m->method, &fresh, &from, &to);
+    *ray = pick_rays(*ray, fresh, begun);
+#ifdef REDUCED
+    for (int c = 0; c < REDUCED_TRACKED; ++c) {
+        d->reduced[c] = PICK(d->reduced[c], (Reals)(1.0f), begun);
+    }
+#endif
+#ifdef CONSTANT_SIGMA
+    // All of the extinction is known.
+    for (int c = 0; c < TRACKED; ++c) {
+        f->through[c] = PICK(f->through[c], (Reals)(1.0f), begun);
+    }
+    f->control = PICK(f->control, m->method->sigma * max(to - from, zero), begun);
+    f->state = PICK(f->state, (Ints)(ARRIVED), begun);
+#else
+    f->control = PICK(f->control, zero, begun);
+    start_flights(f, ray, m, from, to, words[2], begun);
+#endif
+}
+
+// Takes the minorants on the way into account.
+INLINE void wear(struct DirectLanes *d, struct FlightLanes *f, const struct MediumTables *m, const struct DirectScene *s,
+    Ints mask) {
+    for (int c = 0; c < TRACKED; ++c) {
+        Reals left = f->through[c] * exp(-channel_extinction(m, c) * f->control);
+        f->through[c] = PICK(f->through[c], left, mask);
+    }
+#ifdef REDUCED
+    for (int c = 0; c < REDUCED_TRACKED; ++c) {
+        float known = channel_extinction(m, c) * component(s->parameters->control, c);
+        d->reduced[c] = PICK(d->reduced[c], d->reduced[c] * exp(-known * f->control), mask);
+    }
+#endif
+    f->control = PICK(f->control, (Reals)(0.0f), mask);
+}
+
+#ifndef CONSTANT_SIGMA
+
+// The next random words of the rays of `mask`.
+INLINE void ray_words(struct DirectLanes *d, Ints mask, Words words[2]) {
+    words[0] = d->draws;
+    words[1] = d->stream[1];
+    philox2_lanes(words, d->stream[0]);
+    d->draws += PICK((Words)(0u), (Words)(1u), mask);
+}
+
+// Ends rays at random of which little is left, in all channels; the others stand for them.
+INLINE void play_roulette(struct DirectLanes *d, struct FlightLanes *f, Words random, Ints mask) {
+    Reals left = f->through[0];
+    for (int c = 1; c < TRACKED; ++c) {
+        left = max(left, f->through[c]);
+    }
+#ifdef REDUCED
+    for (int c = 0; c < REDUCED_TRACKED; ++c) {
+        left = max(left, d->reduced[c]);
+    }
+#endif
+    Reals zero = (Reals)(0.0f);
+    Reals chance = left * (1.0f / ROULETTE_FROM);
+    Ints weak = mask & (chance < 1.0f);
+    Ints lives = uniform_lanes(random) < chance;
+    Reals factor = PICK(zero, 1.0f / chance, lives);
+    for (int c = 0; c < TRACKED; ++c) {
+        f->through[c] = PICK(f->through[c], f->through[c] * factor, weak);
+    }
+#ifdef REDUCED
+    for (int c = 0; c < REDUCED_TRACKED; ++c) {
+        d->reduced[c] = PICK(d->reduced[c], d->reduced[c] * factor, weak);
+    }
+#endif
+    f->state = PICK(f->state, (Ints)(ARRIVED), weak & NOT(lives));
+}
+
+#ifdef REDUCED
+// Extinction of light that is attenuated by sigma_a + (1 - g) sigma_s, relative to sigma_t, at the lanes' collisions.
+INLINE void reduced_extinctions(const struct MediumTables *m, const struct DirectScene *s, Reals value, Reals row,
+    Ints mask, Reals relative[REDUCED_TRACKED]) {
+#ifdef CONSTANT_ALBEDO
+    for (int c = 0; c < REDUCED_TRACKED; ++c) {
+        relative[c] = (Reals)(component(s->parameters->control, c));
+    }
+#else
+    IntLanes wanted = int_lanes(mask);
+    RealLanes values = real_lanes(value), rows = real_lanes(row);
+    RealLanes found[REDUCED_TRACKED];
+    for (int c = 0; c < REDUCED_TRACKED; ++c) {
+        found[c] = real_lanes((Reals)(1.0f));
+    }
+    for (int i = 0; i < WIDTH; ++i) {
+        if (!wanted.lane[i]) {
+            continue;
+        }
+        float4 albedo = table_color(m->frame, s->colors, table_place(m->frame, values.lane[i], rows.lane[i]));
+        for (int c = 0; c < REDUCED_TRACKED; ++c) {
+            found[c].lane[i] = 1.0f - s->parameters->mean_cosine * component(albedo, c);
+        }
+    }
+    for (int c = 0; c < REDUCED_TRACKED; ++c) {
+        relative[c] = found[c].all;
+    }
+#endif
+}
+#endif
+
+// Looks the medium up where rays wait at tentative collisions.
+INLINE void attenuate(struct DirectLanes *d, struct FlightLanes *f, const struct RayLanes *ray,
+    const struct MediumTables *m, const struct DirectScene *s, struct DirectTally *tally) {
+    Ints waiting = f->state == TENTATIVE;
+    wear(d, f, m, s, waiting);
+    Reals value, row;
+    Reals sigma = sigma_lanes(m, flight_points(f, ray, m), &value, &row);
+    Reals inverse = 1.0f / f->majorant;
+    Reals part = (sigma - f->minorant) * inverse;
+    Ints above = waiting & ((part > 1.0f) | (part < 0.0f));
+    for (int c = 0; c < TRACKED; ++c) {
+        Reals left = f->through[c] * (1.0f - channel_extinction(m, c) * part);
+        f->through[c] = PICK(f->through[c], left, waiting);
+    }
+#ifdef REDUCED
+    Reals relative[REDUCED_TRACKED];
+    reduced_extinctions(m, s, value, row, waiting, relative);
+    for (int c = 0; c < REDUCED_TRACKED; ++c) {
+        Reals rest = (sigma * relative[c] - f->minorant * component(s->parameters->control, c)) * inverse;
+        Reals left = d->reduced[c] * (1.0f - channel_extinction(m, c) * rest);
+        d->reduced[c] = PICK(d->reduced[c], left, waiting);
+    }
+#endif
+    Words words[2];
+    ray_words(d, waiting, words);
+    f->depth = PICK(f->depth, exponential_lanes(words[0]), waiting);
+    f->state = PICK(f->state, (Ints)(TRAVELLING), waiting);
+    play_roulette(d, f, words[1], waiting);
+    tally->lookups += (uint)count_lanes(waiting);
+    if (ANY(above)) {
+        tally->above += (uint)count_lanes(above);
+    }
+}
+
+// Rays that the minorants alone have worn down.
+INLINE void wear_down(struct DirectLanes *d, struct FlightLanes *f, const struct MediumTables *m,
+    const struct DirectScene *s, Ints worn) {
+    wear(d, f, m, s, worn);
+    Words words[2];
+    ray_words(d, worn, words);
+    play_roulette(d, f, words[1], worn);
+}
+
+#endif

@@ -1,0 +1,431 @@
+//! Direct light by null-collision tracking from every cell towards the lights; kernels: `cl/irradiance/direct.cl`.
+
+use super::{DirectLight, LightGrid, LitMedium};
+use crate::device::{Arg, Buffer, Device, Kernel, LAUNCH_TARGET, MemoryPlan, Pacer};
+use crate::render::method::DeviceFrame;
+use crate::render::scattering::Scattering;
+use crate::scene::Phase;
+use crate::{Error, Result, device_struct};
+use std::f64::consts::PI;
+
+device_struct! {
+    "types/irradiance.cl",
+    /// How the direct light of cells is computed; see `cl/types/irradiance.cl`.
+    pub struct DirectParameters {
+        /// Relative extinction that is known without look-ups, of the reduced light, per channel.
+        pub control: [f32; 4],
+        /// Mean cosine of the phase function.
+        pub mean_cosine: f32,
+        /// Rate of tentative collisions per majorant.
+        pub over: f32,
+        /// ... less this per minorant.
+        pub under: f32,
+        /// Square of the distance within which a cell sees a point light as from that distance.
+        pub nearest2: f32,
+        /// log2 of the cells along x of a block.
+        pub block_x: u32,
+        /// ... along y.
+        pub block_y: u32,
+        /// ... along z.
+        pub block_z: u32,
+        /// Padding.
+        pub pad_0: u32,
+    }
+}
+
+device_struct! {
+    "types/irradiance.cl",
+    /// What rays cost, a share of it; see `cl/types/irradiance.cl`.
+    pub struct DirectCounts {
+        /// Look-ups of the medium, low half.
+        pub lookups_low: u32,
+        /// High half.
+        pub lookups_high: u32,
+        /// Those outside the bounds of their bricks.
+        pub above: u32,
+        /// Passes that were not followed to their ends.
+        pub unfinished: u32,
+    }
+}
+
+/// log2 of the cells of a block: the unit of a launch, and a work-item's share on CPUs. Mirrors `BLOCK_SHIFT` in
+/// `cl/irradiance/direct.cl`.
+const BLOCK_SHIFT: u32 = 8;
+/// Passes that are stratified together, a power of two up to 64. The groups are independent, and their spread tells the
+/// variance.
+pub const STRATA: u32 = 16;
+/// Counters that work-items share.
+const COUNTS: usize = 1024;
+
+/// What the rays of all passes cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DirectCost {
+    /// Rays: one per cell and pass towards the lights, one into the background where it is not among them.
+    pub rays: u64,
+    /// Look-ups of the medium on their ways.
+    pub lookups: u64,
+    /// Look-ups that found an extinction outside its bounds. Anything but 0 is a mistake of this program.
+    pub above_majorant: u64,
+}
+
+/// The direct light of all cells, pass by pass: bit for bit the same however launches are cut.
+pub struct Direct {
+    programs: Option<Programs>,
+    grid: LightGrid,
+    grid_buffer: Buffer<u8>,
+    parameters: Buffer<DirectParameters>,
+    state: State,
+    counts: Buffer<DirectCounts>,
+    rays: u32,
+    exact: bool,
+    lanes: u32,
+    blocks: u64,
+    pacer: Pacer,
+    launch_limit: u64,
+    passes: u32,
+    /// Blocks of the next pass that are done.
+    ahead: u64,
+}
+
+/// Kernels; there are none in the dark.
+struct Programs {
+    pass: Kernel,
+    means: Kernel,
+}
+
+/// Running means; what is not asked for is one unused element.
+struct State {
+    fluence: Buffer<[f32; 4]>,
+    group: Buffer<f32>,
+    reduced: Buffer<[f32; 4]>,
+    flow: Buffer<[f32; 4]>,
+}
+
+/// What a phase function and a scene's lights ask for.
+#[derive(Clone, Copy)]
+struct Wanted {
+    reduced: bool,
+    flow: bool,
+    lights: bool,
+    sky: bool,
+    exact: bool,
+}
+
+impl Direct {
+    /// Makes the direct light of `grid`'s cells ready, for a medium with this phase function.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device lacks memory, or building fails.
+    pub fn new(device: &Device, medium: &LitMedium, grid: &LightGrid, phase: &Phase) -> Result<Self> {
+        Self::with_lanes(device, medium, grid, phase, device.info().lanes(medium.voxel_count()))
+    }
+
+    /// As [`Direct::new`], with so many rays side by side in a work-item: 1, 4, 8 or 16.
+    ///
+    /// # Errors
+    /// As [`Direct::new`].
+    pub fn with_lanes(
+        device: &Device,
+        medium: &LitMedium,
+        grid: &LightGrid,
+        phase: &Phase,
+        lanes: u32,
+    ) -> Result<Self> {
+        let wanted = Wanted::new(device, medium, phase)?;
+        let shifts = block_shifts(grid.dims);
+        let parameters = parameters(device, medium, grid, phase, shifts)?;
+        let dark = !wanted.lights && !wanted.sky;
+        let programs = if dark { None } else { Some(Programs::build(device, medium, wanted, lanes)?) };
+        let cells = grid.cells();
+        let only = |is: bool| if is { cells } else { 1 };
+        let blocks = (0..3).map(|axis| grid.dims[axis].div_ceil(1 << shifts[axis]) as u64).product();
+        Ok(Self {
+            programs,
+            grid: *grid,
+            grid_buffer: Buffer::from_slice(device, bytemuck::bytes_of(&grid.device()))?,
+            parameters: Buffer::from_slice(device, &[parameters])?,
+            state: State {
+                fluence: Buffer::zeroed(device, cells)?,
+                group: Buffer::zeroed(device, cells)?,
+                reduced: Buffer::zeroed(device, only(wanted.reduced))?,
+                flow: Buffer::zeroed(device, only(wanted.flow))?,
+            },
+            counts: Buffer::zeroed(device, COUNTS)?,
+            rays: u32::from(wanted.lights) + u32::from(wanted.sky),
+            exact: wanted.exact,
+            lanes,
+            blocks,
+            pacer: Pacer::new(LAUNCH_TARGET),
+            launch_limit: u64::MAX,
+            passes: 0,
+            ahead: 0,
+        })
+    }
+
+    /// Device memory that the direct light of a grid takes, at most: the state and one [`DirectLight`].
+    pub fn memory(grid: &LightGrid, phase: &Phase) -> MemoryPlan {
+        let mut plan = MemoryPlan::default();
+        let cells = grid.cells() as u64;
+        plan.add("direct light", 2 * cells, size_of::<[f32; 4]>());
+        plan.add("direct light's spread", cells, size_of::<f32>());
+        if phase.mean_cosine() != 0.0 {
+            plan.add("reduced direct light", 2 * cells, size_of::<[f32; 4]>());
+        }
+        if !is_isotropic(phase) {
+            plan.add("direct light's flow", 2 * cells, size_of::<[f32; 4]>());
+        }
+        plan
+    }
+
+    /// Caps launches at so many passes of a block of cells; the result does not depend on it.
+    pub fn limit_launches(&mut self, blocks: u64) {
+        self.launch_limit = blocks.max(1);
+    }
+
+    /// Passes that every cell has.
+    pub fn passes(&self) -> u32 {
+        self.passes
+    }
+
+    /// Whether every pass is the same: then one is enough.
+    pub fn is_exact(&self) -> bool {
+        self.exact
+    }
+
+    /// Whether every cell has `target` passes, or all that it needs.
+    pub fn is_done(&self, target: u32) -> bool {
+        self.passes >= if self.exact { target.min(1) } else { target }
+    }
+
+    /// Runs one launch towards `target` passes, unless that [is done](Self::is_done): whole passes where they are short,
+    /// else a part of one.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn step(&mut self, device: &Device, medium: &LitMedium, target: u32) -> Result<()> {
+        if self.is_done(target) {
+            return Ok(());
+        }
+        let left = if self.exact { 1 } else { target - self.passes };
+        let units = self.pacer.next(self.blocks.min(16)).min(self.launch_limit);
+        let (count, passes) = if self.ahead == 0 && units >= self.blocks {
+            let passes = u32::try_from(units / self.blocks).unwrap_or(u32::MAX);
+            (self.blocks, passes.min(left).min(device.info().samples_per_launch()))
+        } else {
+            (units.min(self.blocks - self.ahead), 1)
+        };
+        self.launch(device, medium, count, passes)?;
+        self.ahead += count;
+        if self.ahead == self.blocks {
+            self.ahead = 0;
+            self.passes += passes;
+        }
+        Ok(())
+    }
+
+    fn launch(&mut self, device: &Device, medium: &LitMedium, count: u64, passes: u32) -> Result<()> {
+        let Some(programs) = &mut self.programs else { return Ok(()) };
+        let mut arguments = medium.arguments(6);
+        arguments.extend([
+            Arg::from(&medium.environment),
+            (&self.grid_buffer).into(),
+            (&self.parameters).into(),
+            (&self.state.fluence).into(),
+            (&self.state.group).into(),
+            (&self.state.reduced).into(),
+            (&self.state.flow).into(),
+            (&self.counts).into(),
+        ]);
+        let numbers = [COUNTS as u32, self.ahead as u32, count as u32, self.passes, passes];
+        arguments.extend(numbers.map(Arg::from));
+        let items = if self.lanes > 1 { count as usize } else { (count as usize) << BLOCK_SHIFT };
+        let elapsed = programs.pass.run(device, &arguments, items)?;
+        self.pacer.measured(count * u64::from(passes), elapsed);
+        Ok(())
+    }
+
+    /// The light as the passes so far have it.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] before the first pass, or when the device fails or lacks memory.
+    pub fn means(&mut self, device: &Device) -> Result<DirectLight> {
+        if self.passes == 0 {
+            return Err(Error::Failed("direct light: no pass is done yet; run one first".into()));
+        }
+        self.check_finished(device)?;
+        let cells = self.grid.cells();
+        let [reduced, flow] = [&self.state.reduced, &self.state.flow].map(|buffer| buffer.len() == cells);
+        let fluence = Buffer::zeroed(device, cells)?;
+        let output = |is: bool| Buffer::zeroed(device, if is { cells } else { 1 });
+        let (reduced_out, flow_out) = (output(reduced)?, output(flow)?);
+        if let Some(programs) = &mut self.programs {
+            let arguments = [
+                (&self.state.fluence).into(),
+                (&self.state.reduced).into(),
+                (&self.state.flow).into(),
+                (&fluence).into(),
+                (&reduced_out).into(),
+                (&flow_out).into(),
+                (cells as u32).into(),
+                self.passes.into(),
+                (self.passes / STRATA).into(),
+            ];
+            programs.means.run(device, &arguments, cells)?;
+        }
+        Ok(DirectLight { fluence, reduced: reduced.then_some(reduced_out), flow: flow.then_some(flow_out) })
+    }
+
+    /// What the rays of all launches cost.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn cost(&self, device: &Device) -> Result<DirectCost> {
+        let mut cost = DirectCost {
+            rays: self.grid.cells() as u64 * u64::from(self.passes) * u64::from(self.rays),
+            ..DirectCost::default()
+        };
+        for counts in self.counts.read(device)? {
+            cost.lookups += u64::from(counts.lookups_high) << 32 | u64::from(counts.lookups_low);
+            cost.above_majorant += u64::from(counts.above);
+        }
+        Ok(cost)
+    }
+
+    fn check_finished(&self, device: &Device) -> Result<()> {
+        let unfinished: u64 =
+            self.counts.read(device)?.iter().map(|counts| u64::from(counts.unfinished)).sum();
+        if unfinished == 0 {
+            return Ok(());
+        }
+        Err(Error::Failed(format!(
+            "{}: the device left {unfinished} passes of direct light before their ends; another device, or a coarser light \
+             volume, would do",
+            device.info().name
+        )))
+    }
+}
+
+impl Programs {
+    fn build(device: &Device, medium: &LitMedium, wanted: Wanted, lanes: u32) -> Result<Self> {
+        let program = medium.program(device, "irradiance/direct.cl", |spec| {
+            let spec = spec
+                .define("CONTROLLED", 1)
+                .define("WIDTH", lanes)
+                .define("STRATA", format!("{STRATA}u"))
+                .feature("SKY", wanted.sky)
+                .feature("REDUCED", wanted.reduced)
+                .feature("FLOW", wanted.flow)
+                .feature("EXACT", wanted.exact);
+            if lanes > 1 { spec.define("CELLS", 1 << BLOCK_SHIFT) } else { spec }
+        })?;
+        let mut pass = program.kernel(device, "irradiance_direct")?;
+        if lanes > 1 {
+            // A block is work enough for a work-group, and whole groups go to the cores.
+            pass.limit_work_group(1);
+        }
+        Ok(Self { pass, means: program.kernel(device, "irradiance_direct_means")? })
+    }
+}
+
+impl Wanted {
+    fn new(device: &Device, medium: &LitMedium, phase: &Phase) -> Result<Self> {
+        let frame: DeviceFrame = first(&medium.frame.read(device)?);
+        let lights = medium.has("SAMPLE_LIGHTS");
+        let black = frame.background[..3].iter().all(|&radiance| radiance == 0.0);
+        let sky = !black && frame.environment_pick == 0.0;
+        // Passes differ by what they look up, by the light or its point that they choose, and by their directions.
+        let single = frame.light_count == 1 && frame.rectangle_count == 0 && frame.environment_pick == 0.0;
+        let method: Scattering = first(&medium.method.read(device)?);
+        let vacuum = method.sigma == 0.0 && frame.environment_width == 0;
+        let exact = medium.has("CONSTANT_SIGMA") && (!lights || single) && (!sky || vacuum);
+        Ok(Self {
+            reduced: phase.mean_cosine() != 0.0,
+            flow: !is_isotropic(phase),
+            lights,
+            sky,
+            exact: exact || !lights && !sky,
+        })
+    }
+}
+
+/// Whether light scatters the same way wherever it comes from.
+fn is_isotropic(phase: &Phase) -> bool {
+    matches!(phase, Phase::Isotropic) || *phase == Phase::HenyeyGreenstein { g: 0.0 }
+}
+
+fn first<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> T {
+    bytemuck::pod_read_unaligned(&bytes[..size_of::<T>()])
+}
+
+/// log2 of the cells per axis of a block: as near a cube as the grid allows, and no longer than it where another axis
+/// has room.
+fn block_shifts(dims: [usize; 3]) -> [u32; 3] {
+    let mut shifts = [0; 3];
+    for _ in 0..BLOCK_SHIFT {
+        let open = (0..3).filter(|&axis| 1 << shifts[axis] < dims[axis]);
+        let axis = open.min_by_key(|&axis| shifts[axis]).unwrap_or(0);
+        shifts[axis] += 1;
+    }
+    shifts
+}
+
+/// The smallest and the largest albedo of a medium per channel.
+fn albedos(device: &Device, medium: &LitMedium, method: &Scattering) -> Result<[[f64; 2]; 3]> {
+    if medium.has("CONSTANT_ALBEDO") {
+        return Ok(std::array::from_fn(|c| [f64::from(method.albedo[c]); 2]));
+    }
+    let mut ranges = [[1.0_f64, 0.0]; 3];
+    for entry in bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&medium.tables[2].read(device)?) {
+        for (range, albedo) in ranges.iter_mut().zip(entry) {
+            *range = [range[0].min(albedo.into()), range[1].max(albedo.into())];
+        }
+    }
+    Ok(ranges)
+}
+
+fn parameters(
+    device: &Device,
+    medium: &LitMedium,
+    grid: &LightGrid,
+    phase: &Phase,
+    shifts: [u32; 3],
+) -> Result<DirectParameters> {
+    let method: Scattering = first(&medium.method.read(device)?);
+    let g = phase.mean_cosine();
+    // With extinction s between the minorant m and the majorant M, and 1 - g albedo between k and K, the rate over M -
+    // under m must be at least s - m, for the light itself, and s K - k m, for the reduced light.
+    let ranges = albedos(device, medium, &method)?.map(|range| {
+        let [a, b] = range.map(|albedo| 1.0 - g * albedo);
+        [a.min(b), a.max(b)]
+    });
+    let over = ranges.iter().fold(1.0, |most, range| f64::max(most, range[1]));
+    let under = ranges.iter().fold(over, |least, range| f64::min(least, range[0] + over - range[1]));
+    let scale = f64::from(method.majorant_scale);
+    let [red, green, blue] = ranges.map(|range| range[0] as f32);
+    // 1 / r^2 has the mean 3 / R^2 in a ball of radius R.
+    let radius = (grid.cell.element_product() * 0.75 / PI).cbrt();
+    Ok(DirectParameters {
+        control: [red, green, blue, 0.0],
+        mean_cosine: g as f32,
+        over: (scale * over) as f32,
+        under: (scale * under) as f32,
+        nearest2: (radius * radius / 3.0) as f32,
+        block_x: shifts[0],
+        block_y: shifts[1],
+        block_z: shifts[2],
+        pad_0: 0,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_fit_their_grids() {
+        assert_eq!(block_shifts([64, 64, 64]), [3, 3, 2]);
+        assert_eq!(block_shifts([64, 64, 1]), [4, 4, 0]);
+        assert_eq!(block_shifts([300, 1, 3]), [6, 0, 2]);
+        assert_eq!(block_shifts([1, 1, 1]), [8, 0, 0]);
+    }
+}
