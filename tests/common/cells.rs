@@ -1,4 +1,7 @@
 //! Light volumes whose cells are given number by number.
+//!
+//! Each test file uses a part of this.
+#![allow(dead_code)]
 
 use crate::common::noise;
 use glam::DVec3;
