@@ -3,133 +3,16 @@
 #[path = "common/cells.rs"]
 mod cells;
 mod common;
+#[path = "common/convection.rs"]
+mod convection;
 
 use cells::Medium;
-use common::{EPS, close, largest, log_slope, scene};
+use common::{EPS, close, largest, log_slope};
+use convection::*;
 use glam::DVec3;
-use svetlo::device::Device;
-use svetlo::irradiance::{
-    Carrying, Convection, SteadyLight, check_courant, crossing_steps, largest_courant, refusal, steady_light,
-    steady_memory, unlit_by,
-};
-use svetlo::reference::convection::{Convection as Twin, Source};
+use svetlo::irradiance::{Carrying, SteadyLight, crossing_steps, largest_courant};
+use svetlo::reference::convection::Source;
 use svetlo::scene::Light;
-
-const GREY: Carrying = Carrying { chromatic: false, mean_cosine: 0.0, directed: false };
-const CHROMATIC: Carrying = Carrying { chromatic: true, ..GREY };
-
-/// Roundings of a steady cell, relative: each rate has those of the direction (offset, squares, root, quotient, the last
-/// two up to 3 ulps), sums and the quotient of both add theirs.
-const SETTLED: f64 = 54.0 * EPS;
-/// Roundings of an explicit step, in units of the largest share, 1: rates (20), differences and sums (9), exp (3 ulps and
-/// its argument), the product.
-const STEPPED: f64 = 40.0 * EPS;
-/// What light has not crossed the box by then.
-const CROSSED: f64 = 3.36e-4; // e^-8
-
-fn parallel(direction: DVec3) -> Light {
-    Light::Directional { direction: direction.normalize(), irradiance: [1.0, 2.0, 0.5] }
-}
-
-fn point(medium: &Medium, local: DVec3) -> Light {
-    Light::Point { position: medium.point(local), intensity: [1.0, 2.0, 0.5] }
-}
-
-fn source(medium: &Medium, light: &Light) -> Source {
-    match *light {
-        Light::Directional { direction, .. } => Source::Parallel(direction),
-        Light::Point { position, .. } => Source::Point(medium.local.point(position)),
-        Light::Rectangle { .. } => unreachable!("no rectangles here"),
-    }
-}
-
-/// The device, opened once by each test's thread.
-fn device() -> &'static Device {
-    thread_local!(static DEVICE: &'static Device = Box::leak(Box::new(common::device())));
-    DEVICE.with(|device| *device)
-}
-
-fn steady(medium: &Medium, lights: &[Light], carrying: Carrying) -> SteadyLight {
-    let device = device();
-    steady_light(device, &medium.grid, &medium.cells(device), lights, &medium.local, carrying).unwrap()
-}
-
-fn steady_fluence(medium: &Medium, lights: &[Light], carrying: Carrying) -> Vec<[f32; 4]> {
-    steady(medium, lights, carrying).direct.fluence.read(device()).unwrap()
-}
-
-fn explicit(
-    medium: &Medium,
-    lights: &[Light],
-    carrying: Carrying,
-    courant: f64,
-    steps: u32,
-) -> Vec<[f32; 4]> {
-    let device = device();
-    let cells = medium.cells(device);
-    let mut convection =
-        Convection::new(device, &medium.grid, &cells, lights, &medium.local, carrying, courant).unwrap();
-    // In two parts, with a look in between: the same steps.
-    convection.advance(device, steps / 3).unwrap();
-    convection.direct(device).unwrap();
-    convection.advance(device, steps - steps / 3).unwrap();
-    assert_eq!(convection.steps(), u64::from(steps));
-    convection.direct(device).unwrap().fluence.read(device).unwrap()
-}
-
-/// The fluence that a light of full share would bring, per channel: E, or I/r² beyond the cell's own mean.
-fn unattenuated(medium: &Medium, light: &Light, i: usize) -> [f64; 3] {
-    match *light {
-        Light::Directional { irradiance, .. } => irradiance,
-        Light::Point { position, intensity } => {
-            let volume = medium.grid.cell.element_product();
-            let ball = (0.75 * volume / std::f64::consts::PI).cbrt();
-            let r2 =
-                (medium.centre(i) - medium.local.point(position)).length_squared().max(ball * ball / 3.0);
-            intensity.map(|intensity| intensity / (r2 * medium.local.unit.powi(2)))
-        }
-        Light::Rectangle { .. } => unreachable!("no rectangles here"),
-    }
-}
-
-/// Shares of one channel.
-fn shares(medium: &Medium, light: &Light, fluence: &[[f32; 4]], channel: usize) -> Vec<f64> {
-    let share = |(i, f): (usize, &[f32; 4])| f64::from(f[channel]) / unattenuated(medium, light, i)[channel];
-    fluence.iter().enumerate().map(share).collect()
-}
-
-fn twin(medium: &Medium, channel: usize, counted: f64) -> Twin {
-    let grid = &medium.grid;
-    Twin { dims: grid.dims, cell: grid.cell, extinction: medium.extinction(channel, counted) }
-}
-
-/// Boxes with odd sizes, unlike edges, and one cell thick.
-fn boxes() -> [([usize; 3], DVec3); 5] {
-    [
-        ([7, 9, 5], DVec3::ONE),
-        ([12, 5, 11], DVec3::new(1.0, 1.3, 1.7)),
-        ([1, 13, 8], DVec3::new(2.0, 1.0, 1.5)),
-        ([19, 1, 1], DVec3::ONE),
-        ([1, 1, 1], DVec3::new(1.0, 3.0, 1.2)),
-    ]
-}
-
-/// Lights from everywhere: along axes, oblique, points near, far, level with the box, in it and in its corner.
-fn lights(medium: &Medium) -> Vec<Light> {
-    let size = medium.grid.cell * DVec3::from_array(medium.grid.dims.map(|n| n as f64));
-    let at = |x: f64, y: f64, z: f64| point(medium, (size * DVec3::new(x, y, z) * 8.0).round() / 8.0);
-    vec![
-        parallel(DVec3::NEG_Y),
-        parallel(DVec3::new(0.0, 0.6, -0.8)),
-        parallel(DVec3::new(-1.0, 2.0, 3.0)),
-        at(0.5, 0.5, 0.5),
-        at(0.2, 0.9, 0.4),
-        at(0.0, 0.0, 0.0),
-        at(0.3, 0.6, 1.4),
-        at(-2.0, 0.4, -1.0),
-        at(40.0, -30.0, 50.0),
-    ]
-}
 
 #[test]
 fn steady_light_along_an_axis_has_its_closed_form() {
@@ -242,77 +125,6 @@ fn both_forms_follow_their_twins() {
 }
 
 #[test]
-fn shares_stay_between_0_and_1_up_to_the_largest_courant_number() {
-    const STEPS: u32 = 40;
-    for (dims, cell) in boxes() {
-        let medium = Medium::random(dims, cell, false, 5);
-        let twin = twin(&medium, 0, 1.0);
-        for light in lights(&medium) {
-            let courant = largest_courant(&[light], &medium.grid, &medium.local);
-            let fluence = explicit(&medium, &[light], GREY, courant, STEPS);
-            let mut exact = vec![0.0; medium.grid.cells()];
-            for _ in 0..STEPS {
-                exact = twin.step(source(&medium, &light), &exact, courant * medium.grid.cell.min_element());
-            }
-            for (share, exact) in shares(&medium, &light, &fluence, 0).into_iter().zip(exact) {
-                // The twin's own rounding aside.
-                assert!((-1e-12..=1.0 + 1e-12).contains(&exact), "{dims:?} {light:?}: {exact}");
-                assert!(share >= 0.0, "{dims:?} {light:?}: {share}");
-                close("share", share, exact, f64::from(STEPS + 1) * STEPPED);
-            }
-            let above = check_courant(courant * 1.001, &[light], &medium.grid, &medium.local).unwrap_err();
-            assert_eq!(above.exit_code(), 2);
-            let shown = (courant * 1e4).floor() / 1e4;
-            let said = format!("with this volume and these lights it must be at most {shown:.4}");
-            assert!(above.to_string().ends_with(&said), "{above}");
-            check_courant(shown, &[light], &medium.grid, &medium.local).unwrap();
-        }
-    }
-}
-
-#[test]
-fn the_largest_courant_number_is_that_of_the_fastest_direction() {
-    for (dims, cell) in boxes() {
-        let medium = Medium::grey(dims, cell, |_| [0.0; 2]);
-        let twin = twin(&medium, 0, 1.0);
-        for light in lights(&medium) {
-            let unit = medium.grid.cell.min_element();
-            let found = 1.0 / (unit * largest_courant(&[light], &medium.grid, &medium.local));
-            let rates = (0..medium.grid.cells()).map(|i| twin.rate(source(&medium, &light), i));
-            let fastest = largest(rates);
-            assert!(fastest <= found * (1.0 + 1e-12), "{dims:?} {light:?}: {fastest} above {found}");
-            let Source::Point(p) = source(&medium, &light) else {
-                close("parallel light", fastest, found, 1e-12 * found);
-                continue;
-            };
-            // By looking at a lattice over what |r| can be, 0 where cells are level with the light.
-            let size = medium.grid.cell * DVec3::from_array(dims.map(|n| n as f64));
-            let [first, last] = [0.5 * medium.grid.cell - p, size - 0.5 * medium.grid.cell - p];
-            let most = first.abs().max(last.abs());
-            let outside = p.cmplt(DVec3::ZERO) | p.cmpge(size);
-            let least = DVec3::select(outside, first.abs().min(last.abs()), DVec3::ZERO);
-            const LATTICE: usize = 61;
-            let at = |k: usize| {
-                let [x, y, z] = [k % LATTICE, k / LATTICE % LATTICE, k / LATTICE / LATTICE];
-                // Denser where r is small and directions change fast.
-                (DVec3::new(x as f64, y as f64, z as f64) / (LATTICE - 1) as f64).powf(2.0)
-            };
-            let rate = |r: DVec3| {
-                if r == DVec3::ZERO { 0.0 } else { (r.normalize() / medium.grid.cell).element_sum() }
-            };
-            let seen = largest((0..LATTICE.pow(3)).map(|k| rate(least + at(k) * (most - least))));
-            // Directions of the lattice are closer than 1/10 to each other; the rate falls with half the angle's square.
-            let message = format!("{dims:?} {light:?}: {seen} {found}");
-            assert!(seen <= found * (1.0 + 1e-12) && seen >= found * 0.995, "{message}");
-        }
-    }
-    let medium = Medium::grey([2, 2, 2], DVec3::ONE, |_| [0.0; 2]);
-    let message = check_courant(0.0, &[], &medium.grid, &medium.local).unwrap_err().to_string();
-    assert!(message.contains("`courant` = 0 must be above 0"), "{message}");
-    assert!(check_courant(f64::NAN, &[], &medium.grid, &medium.local).is_err());
-}
-
-#[test]
 fn a_point_light_in_a_vacuum_falls_with_the_squared_distance() {
     let medium = Medium::grey([11, 8, 9], DVec3::new(1.0, 1.25, 1.0), |_| [0.0; 2]);
     for place in [DVec3::new(5.5, 5.0, 4.5), DVec3::new(2.3, 7.1, 6.6), DVec3::new(-7.0, 20.0, 3.0)] {
@@ -343,24 +155,6 @@ fn a_point_lights_own_cell_has_the_mean_over_a_ball_of_its_volume() {
 }
 
 #[test]
-fn cells_near_a_point_light_in_the_box_keep_its_light_however_dense_the_medium() {
-    let medium = Medium::grey([9, 9, 9], DVec3::ONE, |_| [0.0, 50.0]);
-    let light = point(&medium, DVec3::splat(4.5));
-    let courant = largest_courant(&[light], &medium.grid, &medium.local);
-    let forms = [steady_fluence(&medium, &[light], GREY), explicit(&medium, &[light], GREY, courant, 40)];
-    for fluence in forms {
-        for (i, share) in shares(&medium, &light, &fluence, 1).into_iter().enumerate() {
-            let cells = (medium.centre(i) - 4.5).length_squared();
-            if cells <= 4.0 {
-                close("held", share, 1.0, 16.0 * EPS);
-            } else {
-                assert!(share < 1.0 / 20.0, "{share} at {cells}");
-            }
-        }
-    }
-}
-
-#[test]
 fn lights_add_up() {
     let medium = Medium::random([9, 7, 8], DVec3::new(1.0, 1.0, 1.5), true, 23);
     let all: Vec<Light> = lights(&medium).into_iter().take(5).collect();
@@ -376,35 +170,6 @@ fn lights_add_up() {
                 let sum: f64 = alone.iter().map(|fluence| f64::from(fluence[i][channel])).sum();
                 close("sum", f64::from(together[i][channel]), sum, 5.0 * EPS * sum);
             }
-        }
-    }
-}
-
-#[test]
-fn no_light_and_black_lights_leave_darkness() {
-    let medium = Medium::grey([3, 4, 5], DVec3::ONE, |_| [1.0, 1.0]);
-    let black = Light::Directional { direction: DVec3::X, irradiance: [0.0; 3] };
-    let directed = Carrying { mean_cosine: 0.5, directed: true, ..GREY };
-    for lights in [&[][..], &[black]] {
-        let SteadyLight { direct, launches } = steady(&medium, lights, directed);
-        assert_eq!(launches, 0);
-        for field in [&direct.fluence, direct.reduced.as_ref().unwrap(), direct.flow.as_ref().unwrap()] {
-            assert!(field.read(device()).unwrap().iter().all(|cell| *cell == [0.0; 4]));
-        }
-        assert!(explicit(&medium, lights, GREY, 0.5, 3).iter().all(|cell| *cell == [0.0; 4]));
-    }
-}
-
-#[test]
-fn extinctions_of_twelve_decades_give_numbers() {
-    let medium = Medium::grey([9, 9, 9], DVec3::ONE, |i| [0.0, if i % 3 == 0 { 1e6 } else { 1e-6 }]);
-    for light in lights(&medium) {
-        let courant = largest_courant(&[light], &medium.grid, &medium.local);
-        for fluence in
-            [steady_fluence(&medium, &[light], GREY), explicit(&medium, &[light], GREY, courant, 30)]
-        {
-            let shares = shares(&medium, &light, &fluence, 0);
-            assert!(shares.iter().all(|share| (0.0..=1.0 + STEPPED).contains(share)), "{light:?}");
         }
     }
 }
@@ -458,44 +223,4 @@ fn the_flow_is_the_mean_direction_of_the_fluence() {
         close("flow", (found - flux / fluence).length(), 0.0, 2e-6 + 32.0 * EPS);
         assert!(found.length() <= 1.0, "{found}");
     }
-}
-
-#[test]
-fn a_sweep_launches_once_for_each_level() {
-    let medium = Medium::grey([10, 6, 8], DVec3::ONE, |_| [0.0, 0.1]);
-    let launches = |light: Light| steady(&medium, &[light], GREY).launches;
-    assert_eq!(launches(parallel(DVec3::new(1.0, -2.0, 3.0))), 10 + 6 + 8 - 2);
-    // From cell (5, 3, 4), the farthest corner is 5 + 3 + 4 cells away.
-    assert_eq!(launches(point(&medium, DVec3::new(5.5, 3.5, 4.5))), 13);
-}
-
-#[test]
-fn rectangles_are_refused_and_backgrounds_are_spoken_of() {
-    let text = "[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nfov = 20\n[volume]\n[medium]\nsigma_max = 1\n\
-                [method]\nkind = \"single-scattering\"\n\
-                [[light]]\nkind = \"point\"\nposition = [0, 0, 2]\nintensity = 1\n";
-    let rectangle = "[[light]]\nkind = \"rectangle\"\ncentre = [0, 0, 3]\nedge_u = [1, 0, 0]\nedge_v = [0, 1, 0]\n\
-                     radiance = 1\n";
-    refusal(&scene(text)).unwrap();
-    let error = refusal(&scene(&format!("{text}{rectangle}"))).unwrap_err();
-    assert_eq!(error.exit_code(), 2);
-    assert_eq!(
-        error.to_string(),
-        "`light.1` is a rectangle: convection-diffusion carries the light of directional and point lights only; the \
-         method hybrid-diffusion takes all kinds"
-    );
-    assert_eq!(unlit_by(&scene(text).background), None);
-    let lit = scene(&format!("{text}[background]\ncolor = [0, 0.5, 0]\n"));
-    assert!(unlit_by(&lit.background).unwrap().contains("the background is seen, but lights nothing"));
-}
-
-#[test]
-fn the_memory_that_is_announced_is_what_is_allocated() {
-    let medium = Medium::grey([4, 5, 6], DVec3::ONE, |_| [0.0; 2]);
-    let (cells, padded) = (4 * 5 * 6_u64, 6 * 7 * 8_u64);
-    // Two shares per light, the extinction, the fluence.
-    assert_eq!(Convection::memory(&medium.grid, 3, GREY).total(), 4 * (6 * padded + cells) + 16 * cells);
-    assert_eq!(Convection::memory(&medium.grid, 1, CHROMATIC).total(), 16 * (2 * padded + 2 * cells));
-    let directed = Carrying { mean_cosine: 0.1, directed: true, ..GREY };
-    assert_eq!(steady_memory(&medium.grid, directed).total(), 4 * padded + 16 * padded + 3 * 16 * cells);
 }
