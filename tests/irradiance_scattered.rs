@@ -43,7 +43,6 @@ fn slabs_converge_with_the_second_order_to_the_closed_form() {
         }
         let slopes: Vec<f64> = errors.windows(2).map(log_slope).collect();
         println!("σ_a {sa}: rms errors {errors:?}, orders {slopes:.3?}");
-        // Light is constant beyond the outermost centres, a third-order part: orders approach 2 with the cell's size.
         assert!(slopes[0] > 1.5 && slopes[1] > 1.75 && slopes[2] > 1.875, "{slopes:?}");
         assert!(slopes[2] < 2.05);
     }
@@ -143,7 +142,8 @@ fn layers_without_sources_are_straight_lines_and_exact() {
     // Cells average between voxels: an eighth of each neighbour.
     let at = |i: usize| sigma((i as f64 + 0.5) * h);
     let average = |i: usize| 0.75 * at(i) + 0.125 * (at(i.max(1) - 1) + at((i + 1).min(cells - 1)));
-    let power = [0, 1].map(|i| 5.0 * h * [0.875, 0.125][i]);
+    // Light is that of the first cell, whose mean is its own as the slope goes on, and 1/24 of the second.
+    let power = [0, 1].map(|i| 5.0 * h * [1.0, 1.0 / 24.0][i]);
     // To the right of the first cells: φ is the flux times the resistance ahead, up to the side's 2.
     let ahead = |i: usize| {
         2.0 + 3.0 * h * (0.5 * average(i) + 0.5 * average(cells - 1))
@@ -192,10 +192,10 @@ fn a_point_source_in_a_wide_box_converges_to_the_infinite_medium() {
             phi[x + cells * (middle + cells * middle)] / exact - 1.0
         });
         // The lattice multiplies p² by 1 − h² Σp⁴/12p²: to first order that adds h²/12 Σ∂⁴ e^-kr/8πk to e^-kr/4πr,
-        // on an axis. The points of cells spread the source: an eighth to each side, which is h²/8 ∇². The next order is
+        // on an axis. The means of cells spread the source: 1/24 to each side, which is h²/24 ∇². The next order is
         // taken out by two grids, the third is a few percent of the first.
         let k = 1.5_f64.sqrt();
-        let expected = k.powi(3) * r / 24.0 + k / (4.0 * r) + 1.0 / (4.0 * r * r) + k * k / 8.0;
+        let expected = k.powi(3) * r / 24.0 + k / (4.0 * r) + 1.0 / (4.0 * r * r) + k * k / 24.0;
         let found = (16.0 * fine - coarse) / (3.0 * 0.25);
         println!("r {r}: errors {coarse:e}, {fine:e}; of second order {found:.4}, expected {expected:.4}");
         close("second order", found, expected, 0.05 * expected);

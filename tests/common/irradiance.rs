@@ -14,7 +14,6 @@ use svetlo::irradiance::{
     ScatterSolver, ScatteredLight,
 };
 use svetlo::reference::diffusion::Diffusion;
-use svetlo::reference::field::Field;
 
 /// Opacity is the value.
 const RAMP: &str =
@@ -186,12 +185,7 @@ impl Lit {
     ) -> (Diffusion, Vec<f64>) {
         let (plan, field, coarse, grid) = (self.case.plan(), self.case.field(), self.coarse(), self.grid());
         let unit = plan.local.unit;
-        let light = Field {
-            dims: grid.dims,
-            spacing: grid.cell,
-            origin: DVec3::ZERO,
-            values: centres(grid).map(|p| fluence(p * unit)).collect(),
-        };
+        let values: Vec<f64> = centres(grid).map(|p| fluence(p * unit)).collect();
         let points: [usize; 3] =
             std::array::from_fn(|axis| 2 * plan.local.dims[axis].div_ceil(coarse.dims[axis]));
         let count = points.iter().product::<usize>();
@@ -206,7 +200,7 @@ impl Lit {
                 let point = centre + (place(k) - 0.5) * coarse.cell;
                 let sigma = field.value(point * unit) * sigma_max * unit / count as f64;
                 extinction += sigma;
-                power += sigma * light.value(point);
+                power += sigma * between(grid, &values, point);
             }
             let transport = (1.0 - albedo * forward) * extinction;
             absorption.push((1.0 - albedo) * extinction);
@@ -217,4 +211,23 @@ impl Lit {
         let spacing = coarse.cell.to_array();
         (Diffusion { dims: coarse.dims, spacing, reflection, absorption, diffusivity }, source)
     }
+}
+
+/// Direct light at a point of a cell: a third as far from the centre as it is, linear between centres, and the slope goes
+/// on beyond the outermost ones.
+fn between(grid: LightGrid, values: &[f64], point: DVec3) -> f64 {
+    let axis = |a: usize| {
+        let (place, last) = ((point / grid.cell)[a], grid.dims[a] - 1);
+        let centre = (place.floor() as usize).min(last);
+        let position = centre as f64 + (place - 0.5 - centre as f64) / 3.0;
+        let low = (position.floor().max(0.0) as usize).min(last.max(1) - 1);
+        ([low, (low + 1).min(last)], position - low as f64)
+    };
+    let [x, y, z] = [0, 1, 2].map(axis);
+    let corner = |k: usize| {
+        let pick = |(ends, f): ([usize; 2], f64), bit: usize| (ends[bit], if bit == 1 { f } else { 1.0 - f });
+        let ((i, u), (j, v), (k, w)) = (pick(x, k & 1), pick(y, k >> 1 & 1), pick(z, k >> 2));
+        u * v * w * values[i + grid.dims[0] * (j + grid.dims[1] * k)]
+    };
+    (0..8).map(corner).sum()
 }
