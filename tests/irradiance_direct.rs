@@ -83,7 +83,10 @@ fn coarser_cells_see_light_from_their_own_centres() {
     for coarsening in [2, 3, 4, 64] {
         let (case, twin) = homogeneous([9, 6, 5], 0.2, [1.0; 3], SUN);
         let run = How::passes(1).coarse(coarsening).run(&case);
-        assert_eq!(run.centres.len(), [9_usize, 6, 5].map(|n| n.div_ceil(coarsening)).iter().product::<usize>());
+        assert_eq!(
+            run.centres.len(),
+            [9_usize, 6, 5].map(|n| n.div_ceil(coarsening)).iter().product::<usize>()
+        );
         exactly(&format!("{coarsening}"), &run.fluence, &truth(&run, |p| sun(&twin, p)), ulps(&twin));
     }
 }
@@ -119,7 +122,8 @@ fn an_empty_volume_has_all_of_the_background_and_none_of_the_dark() {
         exactly("4 pi L", &run.fluence, &truth(&run, |_| all), 2.0);
         let both = How::passes(2).run(&Case::new(&text(&medium, points, &format!("{SUN}{SKY}")), volume()));
         exactly("with the sun", &both.fluence, &truth(&both, |_| plus(all, [3.0, 2.0, 1.0])), 4.0);
-        let run = How::passes(3).run(&Case::new(&text(&medium, points, "[background]\ncolor = 0\n"), volume()));
+        let run =
+            How::passes(3).run(&Case::new(&text(&medium, points, "[background]\ncolor = 0\n"), volume()));
         assert_eq!((run.exact, run.cost.rays, run.error), (true, 0, 0.0));
         assert!(run.fluence.iter().flatten().all(|&v| v == 0.0));
     }
@@ -138,7 +142,8 @@ fn the_background_lights_from_all_sides() {
     // Stratification is worth something: without it a pass would have the spread of the transmittance over directions.
     let spread = run.centres.iter().zip(&exact).map(|(&p, exact)| {
         // The mean over the channels of L T, squared, over the sphere, by pairs of channels.
-        let pair = |a: usize, b: usize| radiance[a] * radiance[b] * twin.sphere(p, twin.sigma[a] + twin.sigma[b]);
+        let pair =
+            |a: usize, b: usize| radiance[a] * radiance[b] * twin.sphere(p, twin.sigma[a] + twin.sigma[b]);
         let square: f64 = (0..9).map(|k| pair(k / 3, k % 3)).sum::<f64>() / 9.0;
         let mean = exact.iter().sum::<f64>() / 3.0;
         [4.0 * PI * square - mean * mean, mean * mean]

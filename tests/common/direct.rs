@@ -3,7 +3,7 @@
 //! Each test file uses a part of this.
 #![allow(dead_code)]
 
-use crate::common::scattering::family;
+use crate::common::scattering::{family, of_values};
 use crate::common::{Case, EPS, close, device, report};
 use glam::DVec3;
 use svetlo::irradiance::{Direct, DirectCost, LightGrid, LitMedium, STRATA};
@@ -130,21 +130,25 @@ impl Homogeneous {
         let rule = gauss_legendre(16);
         let mut sum = 0.0;
         for (axis, far) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)] {
-            let to = |axis: usize, far: usize| if far == 1 { self.size[axis] - point[axis] } else { point[axis] };
+            let to =
+                |axis: usize, far: usize| if far == 1 { self.size[axis] - point[axis] } else { point[axis] };
             let height = to(axis, far);
             for quadrant in 0..4 {
                 let [a, b] = [to((axis + 1) % 3, quadrant & 1), to((axis + 2) % 3, quadrant >> 1)];
                 let corner = f64::atan2(b, a);
-                for (from, until, edge, turned) in
-                    [(0.0, corner, a, 0.0), (corner, 0.5 * std::f64::consts::PI, b, 0.5 * std::f64::consts::PI)]
-                {
+                for (from, until, edge, turned) in [
+                    (0.0, corner, a, 0.0),
+                    (corner, 0.5 * std::f64::consts::PI, b, 0.5 * std::f64::consts::PI),
+                ] {
                     for &(x, weight) in &rule {
                         let angle: f64 = from + x * (until - from);
                         let reach = edge / (angle - turned).cos();
                         let least = height / height.hypot(reach);
                         let depth = |mu: f64| (-sigma * height / mu).exp();
-                        let inner: f64 =
-                            rule.iter().map(|&(y, w)| w * (1.0 - least) * depth(least + y * (1.0 - least))).sum();
+                        let inner: f64 = rule
+                            .iter()
+                            .map(|&(y, w)| w * (1.0 - least) * depth(least + y * (1.0 - least)))
+                            .sum();
                         sum += weight * (until - from) * inner;
                     }
                 }
@@ -176,39 +180,83 @@ pub fn student(k: f64, degrees: f64) -> f64 {
         + (5.0 * k.powi(5) + 16.0 * k.powi(3) + 3.0 * k) / (96.0 * degrees * degrees)
 }
 
-/// Holds noisy light against the truth: every cell within the Student's t of as many comparisons, their sum within 3
-/// standard errors, and their squares, whose mean is known when the variances are right, too. Cells are independent.
+/// An estimate, its standard error, and the truth.
+pub type Comparison = [f64; 3];
+
+/// Holds independent estimates against the truth: each within the Student's t of as many comparisons, their sum within 4
+/// standard errors (a few dozen such sums are made), and their squares, whose mean is known when the standard errors are
+/// right, too. `degrees`: of freedom
+/// of the standard errors.
 #[track_caller]
-pub fn agrees(what: &str, run: &Run, exact: &[[f64; 3]]) {
-    assert_eq!(run.fluence.len(), exact.len());
-    let groups = f64::from(run.passes / STRATA);
-    let degrees = groups - 1.0;
-    let k = student(family(exact.len()), degrees);
+pub fn compare(what: &str, cells: &[Comparison], degrees: f64) {
+    let k = student(family(cells.len()), degrees);
     let (mut worst, mut squares, mut sum, mut variance) = (0.0_f64, 0.0, 0.0, 0.0);
-    for (cell, (found, exact)) in run.fluence.iter().zip(exact).enumerate() {
-        let [found_mean, mean] = [
-            found[..3].iter().map(|&v| f64::from(v)).sum::<f64>() / 3.0,
-            exact.iter().sum::<f64>() / 3.0,
-        ];
+    for (cell, &[found, sigma, exact]) in cells.iter().enumerate() {
         // A few dozen roundings are systematic.
-        let slack = 32.0 * EPS * mean;
-        let (error, sigma) = (found_mean - mean, f64::from(found[3]).sqrt());
-        let z = (error.abs() - slack).max(0.0) / sigma.max(f64::MIN_POSITIVE);
-        assert!(z <= k, "{what}, cell {cell}: found {found:?}, exact {exact:?}: {z:.2} σ > {k:.2} σ");
+        let error = found - exact;
+        let z = (error.abs() - 32.0 * EPS * exact.abs()).max(0.0) / sigma.max(f64::MIN_POSITIVE);
+        assert!(z <= k, "{what}, cell {cell}: found {found}, exact {exact}: {z:.2} σ > {k:.2} σ");
         worst = worst.max(z);
         squares += z * z;
         sum += error;
         variance += sigma * sigma;
     }
-    let count = exact.len() as f64;
     // z² follows the F distribution of 1 and `degrees` degrees of freedom.
-    let (mean, spread) = (
-        degrees / (degrees - 2.0),
-        (2.0 * degrees * degrees * (degrees - 1.0) / ((degrees - 2.0).powi(2) * (degrees - 4.0))).sqrt(),
-    );
-    let squares = (squares / count - mean) / (spread / count.sqrt());
+    let mean = degrees / (degrees - 2.0);
+    let spread = mean * (2.0 * (degrees - 1.0) / (degrees - 4.0) / cells.len() as f64).sqrt();
+    let squares = (squares / cells.len() as f64 - mean) / spread;
     let bias = sum / variance.sqrt();
-    println!("{what}: worst {worst:.2} σ of {k:.2}, squares {squares:+.2} σ, sum {bias:+.2} σ, error {:.1e}", run.error);
-    assert!(squares.abs() <= 4.0, "{what}: squares are {squares:+.2} σ off: the variances are wrong, or the light");
-    assert!(bias.abs() <= 3.0, "{what}: the sum is {bias:+.2} σ off");
+    println!("{what}: worst {worst:.2} σ of {k:.2}, squares {squares:+.2} σ, sum {bias:+.2} σ");
+    assert!(
+        squares.abs() <= 4.0,
+        "{what}: squares are {squares:+.2} σ off: the variances are wrong, or the light"
+    );
+    assert!(bias.abs() <= 4.0, "{what}: the sum is {bias:+.2} σ off");
+}
+
+/// Holds the fluence of a run against the truth by the run's own variances: the channels' mean of each cell.
+#[track_caller]
+pub fn agrees(what: &str, run: &Run, exact: &[[f64; 3]]) {
+    assert_eq!(run.fluence.len(), exact.len());
+    let mean = |rgb: [f64; 3]| rgb.into_iter().sum::<f64>() / 3.0;
+    let comparison = |(found, exact): (&[f32; 4], &[f64; 3])| {
+        let [r, g, b, variance] = found.map(f64::from);
+        [mean([r, g, b]), variance.sqrt(), mean(*exact)]
+    };
+    let cells: Vec<Comparison> = run.fluence.iter().zip(exact).map(comparison).collect();
+    compare(what, &cells, f64::from(run.passes / STRATA) - 1.0);
+}
+
+/// Seeds of which what has no variance of its own is held against the truth.
+const SEEDS: u64 = 16;
+
+/// Holds channels of what `of` takes from runs with several seeds against the truth, by their spread.
+#[track_caller]
+pub fn agrees_over_seeds(
+    what: &str,
+    case: &mut Case,
+    how: How,
+    of: impl Fn(&Run) -> Vec<[f32; 4]>,
+    channels: &[usize],
+    exact: &dyn Fn(DVec3, usize) -> f64,
+) {
+    let own = case.scene.seed;
+    let mut runs = Vec::new();
+    let mut centres = Vec::new();
+    for seed in 0..SEEDS {
+        case.scene.seed = 100 + seed;
+        let run = how.run(case);
+        runs.push(of(&run));
+        centres = run.centres;
+    }
+    case.scene.seed = own;
+    for &channel in channels {
+        let comparison = |(cell, &centre): (usize, &DVec3)| {
+            let values: Vec<f64> = runs.iter().map(|run| f64::from(run[cell][channel])).collect();
+            let measured = of_values(&values);
+            [measured.value, measured.error, exact(centre, channel)]
+        };
+        let cells: Vec<Comparison> = centres.iter().enumerate().map(comparison).collect();
+        compare(&format!("{what}, channel {channel}"), &cells, SEEDS as f64 - 1.0);
+    }
 }
