@@ -2,9 +2,12 @@
 // (the first step of Lesar, Bohak and Marolt's hybrid diffusion), without bias.
 //
 // In a pass every cell sends one ray to a randomly chosen light, and one into a random direction where the background
-// lights but is not among the lights to choose from. A work-item takes a block of cells on CPUs, one cell on GPUs. The
-// state of a cell is the running mean over its passes, so that 2^24 of them lose no more than the last digits. Random
-// numbers count from (cell, pass), and passes are added in their order: the same bits whatever the launch sizes.
+// lights but is not among the lights to choose from. A work-item takes a block of cells on CPUs, one cell on GPUs.
+// Random numbers count from (cell, pass), and passes are added in their order: the same bits whatever the launch sizes.
+//
+// The state of a cell is the running mean over its passes, as sums of two floats: most passes of a cell in thin media are
+// alike, and what they would add to a single float rounds to nothing long before the rare others are averaged out.
+#include "common/numeric.cl"
 #include "irradiance/direct_rays.cl"
 
 // Cells of a work-item.
@@ -39,12 +42,18 @@ struct Pass {
 #endif
 };
 
+// A sum of two floats.
+struct TwoFloat4 {
+    float4 high;
+    float4 low;
+};
+
 // The state of the cells: running means over the passes.
 struct DirectState {
-    __global float4 *fluence; // rgb; w: squared deviations, summed, of the groups of passes
-    __global float *group;    // the channels' mean after the last whole group
-    __global float4 *reduced;
-    __global float4 *flow;    // vector flux, of the channels' mean
+    __global struct TwoFloat4 *fluence; // rgb; w of the high part: squared deviations, summed, of the groups of passes
+    __global float *group;              // the channels' mean after the last whole group
+    __global struct TwoFloat4 *reduced;
+    __global struct TwoFloat4 *flow;    // vector flux, of the channels' mean
 };
 
 INLINE float channels_mean(float4 rgb) {
@@ -151,6 +160,13 @@ INLINE void arrive(struct Pass *pass, struct DirectLanes *d, struct FlightLanes 
     f->state = PICK(f->state, (Ints)(RESTING), arrived);
 }
 
+// Takes one more value, the `share` of all, into a mean over its first three components.
+INLINE void average(struct TwoFloat4 *mean, float4 value, float share) {
+    float4 change = share * ((value - mean->high) - mean->low);
+    change.w = 0.0f;
+    two_float_add(&mean->high, &mean->low, change);
+}
+
 // Adds pass number `index` to the state of the cells.
 INLINE void add_pass(const struct DirectState *state, const struct Pass *pass, const uint cells[CELLS], uint index) {
     float share = 1.0f / (float)(index + 1u);
@@ -161,24 +177,26 @@ INLINE void add_pass(const struct DirectState *state, const struct Pass *pass, c
         if (cell == NO_CELL) {
             continue;
         }
-        float4 mean = state->fluence[cell];
-        float4 change = share * (pass->fluence[i] - mean);
-        change.w = 0.0f;
-        mean += change;
+        struct TwoFloat4 mean = state->fluence[cell];
+        average(&mean, pass->fluence[i], share);
         if (whole) {
             // The last group's own mean m is where the mean of all went, and as far again for each group before:
             // (m - mean before) (m - mean after), as Welford (1962) has it.
-            float now = channels_mean(mean);
+            float now = channels_mean(mean.high);
             float moved = now - state->group[cell];
-            mean.w += moved * moved * groups * (groups - 1.0f);
+            mean.high.w += moved * moved * groups * (groups - 1.0f);
             state->group[cell] = now;
         }
         state->fluence[cell] = mean;
 #ifdef REDUCED
-        state->reduced[cell] += share * (pass->reduced[i] - state->reduced[cell]);
+        mean = state->reduced[cell];
+        average(&mean, pass->reduced[i], share);
+        state->reduced[cell] = mean;
 #endif
 #ifdef FLOW
-        state->flow[cell] += share * (pass->flow[i] - state->flow[cell]);
+        mean = state->flow[cell];
+        average(&mean, pass->flow[i], share);
+        state->flow[cell] = mean;
 #endif
     }
 }
@@ -249,9 +267,9 @@ __kernel void irradiance_direct(__constant struct Frame *frame, __constant struc
     __constant struct Scattering *method, __global const VOXEL *voxels, __global const BrickBound *bounds,
     __global const float *sigmas, __global const float4 *colors, __global const float4 *emissions,
     __global const struct Light *lights, __global const float *environment_sums, __global const float4 *environment,
-    __constant struct LightGrid *grid, __constant struct DirectParameters *parameters, __global float4 *fluence,
-    __global float *group, __global float4 *reduced, __global float4 *flow, __global struct DirectCounts *counts,
-    uint count_slots, uint first_block, uint block_count, uint first_pass, uint pass_count) {
+    __constant struct LightGrid *grid, __constant struct DirectParameters *parameters, __global struct TwoFloat4 *fluence,
+    __global float *group, __global struct TwoFloat4 *reduced, __global struct TwoFloat4 *flow,
+    __global struct DirectCounts *counts, uint count_slots, uint first_block, uint block_count, uint first_pass, uint pass_count) {
     size_t item = get_global_id(0);
     size_t block = CELLS == 1 ? item >> BLOCK_SHIFT : item;
     if (block >= block_count) {
@@ -301,14 +319,14 @@ __kernel void irradiance_direct(__constant struct Frame *frame, __constant struc
 }
 
 // The direct light after `passes` of them; `groups`: whole groups, whose spread tells the variance.
-__kernel void irradiance_direct_means(__global const float4 *fluence, __global const float4 *reduced,
-    __global const float4 *flow, __global float4 *fluence_out, __global float4 *reduced_out, __global float4 *flow_out,
-    uint cells, uint passes, uint groups) {
+__kernel void irradiance_direct_means(__global const struct TwoFloat4 *fluence,
+    __global const struct TwoFloat4 *reduced, __global const struct TwoFloat4 *flow, __global float4 *fluence_out,
+    __global float4 *reduced_out, __global float4 *flow_out, uint cells, uint passes, uint groups) {
     size_t i = get_global_id(0);
     if (i >= cells) {
         return;
     }
-    float4 mean = fluence[i];
+    float4 mean = fluence[i].high;
     float of_group = mean.w / ((float)groups - 1.0f);
     float light = channels_mean(mean);
 #ifdef EXACT
@@ -318,10 +336,10 @@ __kernel void irradiance_direct_means(__global const float4 *fluence, __global c
 #endif
     fluence_out[i] = mean;
 #ifdef REDUCED
-    reduced_out[i] = (float4)(reduced[i].xyz, 0.0f);
+    reduced_out[i] = (float4)(reduced[i].high.xyz, 0.0f);
 #endif
 #ifdef FLOW
-    float4 along = light > 0.0f ? flow[i] / light : (float4)(0.0f);
+    float4 along = light > 0.0f ? flow[i].high / light : (float4)(0.0f);
     float length2 = dot(along, along);
     flow_out[i] = length2 > 1.0f ? along / sqrt(length2) : along;
 #endif

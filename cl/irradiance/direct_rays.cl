@@ -15,15 +15,15 @@
 #define TO_LIGHT 0 // a sample of the lights
 #define TO_SKY 1   // in any direction, where the background is not among them
 
-// The passes of a cell are stratified in groups of so many, a power of two up to 64.
+// The passes of a cell are stratified in groups of so many (STRATA, a power of two up to 64), by the place on a light or
+// the direction, the choice of the light, and the first tentative collision. On the cloud, the last makes the light of
+// the sun 1.8 times as efficient, and 5 times in thin media; all of them that of the sky 3 to 4 times.
 #ifndef STRATA
 #define STRATA 16u
 #endif
 
-// Rays of which less is left play Russian roulette.
-#ifndef ROULETTE_FROM
+// Rays of which less is left play Russian roulette. Measured on the cloud: 0.05 and 0.2 are as efficient.
 #define ROULETTE_FROM 0.1f
-#endif
 
 // Minorants are taken into account, for roulette, where they add up to this.
 #define WORN_DEPTH 1.0f
@@ -217,7 +217,7 @@ INLINE void begin_rays(struct DirectLanes *d, struct FlightLanes *f, struct RayL
     f->state = PICK(f->state, (Ints)(ARRIVED), begun);
 #else
     f->control = PICK(f->control, zero, begun);
-    start_flights(f, ray, m, from, to, words[2], begun);
+    start_flights(f, ray, m, from, to, strata[3], begun);
 #endif
 }
 

@@ -94,13 +94,16 @@ struct Programs {
     means: Kernel,
 }
 
-/// Running means; what is not asked for is one unused element.
+/// Running means, as sums of two floats; what is not asked for is one unused element.
 struct State {
-    fluence: Buffer<[f32; 4]>,
+    fluence: Buffer<TwoFloat4>,
     group: Buffer<f32>,
-    reduced: Buffer<[f32; 4]>,
-    flow: Buffer<[f32; 4]>,
+    reduced: Buffer<TwoFloat4>,
+    flow: Buffer<TwoFloat4>,
 }
+
+/// Mirrors `struct TwoFloat4` of the kernels, which alone look into it.
+type TwoFloat4 = [[f32; 4]; 2];
 
 /// What a phase function and a scene's lights ask for.
 #[derive(Clone, Copy)]
@@ -167,14 +170,18 @@ impl Direct {
     pub fn memory(grid: &LightGrid, phase: &Phase) -> MemoryPlan {
         let mut plan = MemoryPlan::default();
         let cells = grid.cells() as u64;
-        plan.add("direct light", 2 * cells, size_of::<[f32; 4]>());
-        plan.add("direct light's spread", cells, size_of::<f32>());
+        let mut add = |name: &str| {
+            plan.add(&format!("{name}, so far"), cells, size_of::<TwoFloat4>());
+            plan.add(name, cells, size_of::<[f32; 4]>());
+        };
+        add("direct light");
         if phase.mean_cosine() != 0.0 {
-            plan.add("reduced direct light", 2 * cells, size_of::<[f32; 4]>());
+            add("reduced direct light");
         }
         if !phase.is_isotropic() {
-            plan.add("direct light's flow", 2 * cells, size_of::<[f32; 4]>());
+            add("flow of direct light");
         }
+        plan.add("spread of direct light", cells, size_of::<f32>());
         plan
     }
 
@@ -337,15 +344,10 @@ impl Wanted {
         // Passes differ by what they look up, by the light or its point that they choose, and by their directions.
         let single = frame.light_count == 1 && frame.rectangle_count == 0 && frame.environment_pick == 0.0;
         let method: Scattering = first(&medium.method.read(device)?);
-        let vacuum = method.sigma == 0.0 && frame.environment_width == 0;
-        let exact = medium.has("CONSTANT_SIGMA") && (!lights || single) && (!sky || vacuum);
-        Ok(Self {
-            reduced: phase.mean_cosine() != 0.0,
-            flow: !phase.is_isotropic(),
-            lights,
-            sky,
-            exact: exact || !lights && !sky,
-        })
+        let flow = !phase.is_isotropic();
+        let alike = method.sigma == 0.0 && frame.environment_width == 0 && !flow;
+        let exact = medium.has("CONSTANT_SIGMA") && (!lights || single) && (!sky || alike);
+        Ok(Self { reduced: phase.mean_cosine() != 0.0, flow, lights, sky, exact: exact || !lights && !sky })
     }
 }
 
