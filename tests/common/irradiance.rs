@@ -168,6 +168,8 @@ impl Lit {
         let read = |buffer: &Buffer<[f32; 4]>| buffer.read(&self.device).unwrap().into_iter().map(rgb);
         let fluence: Vec<[f64; 3]> = read(&light.fluence).collect();
         assert!(fluence.iter().flatten().all(|phi| phi.is_finite() && *phi >= 0.0));
+        let grey = light.channels.len() == 1;
+        assert!(fluence.iter().all(|[r, g, b]| !grey || (r == g && g == b)));
         let drift: Option<Vec<DVec3>> =
             light.drift.as_ref().map(|drift| read(drift).map(DVec3::from_array).collect());
         // The length's own rounding.
