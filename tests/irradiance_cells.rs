@@ -94,9 +94,9 @@ fn cells_are_the_means_of_the_points_that_the_twin_sees() {
             let points =
                 std::array::from_fn::<_, 3, _>(|axis| 2 * plan.local.dims[axis].div_ceil(grid.dims[axis]));
             let mut worst = 0.0_f64;
-            for index in 0..grid.cells() {
-                let cell =
-                    DVec3::new((index % nx) as f64, (index / nx % ny) as f64, (index / nx / ny) as f64);
+            let cells = (0..grid.cells()).map(|i| [i % nx, i / nx % ny, i / nx / ny]);
+            for (index, cell) in cells.enumerate() {
+                let cell = DVec3::from_array(cell.map(|i| i as f64));
                 let mut mean = [[0.0; 3]; 3];
                 for k in 0..points.iter().product() {
                     let place = [k % points[0], k / points[0] % points[1], k / points[0] / points[1]];

@@ -27,6 +27,10 @@ __kernel void irradiance_source(__constant struct Frame *frame, __constant struc
     }
     struct CellPoints points = cell_points(volume, grid, cell_of(grid, index));
     float4 cells = 1.0f / (float4)(direct_grid->cell.xyz, 1.0f);
+    // Light comes to the cells of direct light at their centres. Where they do not resolve the medium, a dense one could
+    // scatter more of it than meets the cell: twice that is allowed, as about half of such centres are in the dark.
+    float4 edges = direct_grid->cell;
+    float most = 2.0f / min(min(edges.x, edges.y), edges.z);
     float4 sum = (float4)(0.0f);
     for (int k = 0; k < points.count.z; ++k) {
         for (int j = 0; j < points.count.y; ++j) {
@@ -34,7 +38,9 @@ __kernel void irradiance_source(__constant struct Frame *frame, __constant struc
                 float4 point = points.first + points.step * (float4)((float)i, (float)j, (float)k, 0.0f);
                 struct PointMedium medium =
                     medium_at_point(frame, volume, method, voxels, sigmas, colors, emissions, point);
-                sum += medium.scattering * light_between(direct_grid, direct, point * cells);
+                float4 transport = medium.absorption + (1.0f - forward) * medium.scattering;
+                float4 light = light_between(direct_grid, direct, point * cells);
+                sum += min(medium.scattering, medium.scattering * (most / max(transport, 1e-30f))) * light;
             }
         }
     }

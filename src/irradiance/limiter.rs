@@ -237,11 +237,10 @@ fn least_squares(products: [[f64; MIXED + 1]; MIXED]) -> [f64; MIXED] {
     });
     // Elimination without pivots: the matrix is positive definite.
     for j in 0..MIXED {
-        for i in j + 1..MIXED {
-            let factor = rows[i][j] / rows[j][j];
-            for k in j..=MIXED {
-                rows[i][k] -= factor * rows[j][k];
-            }
+        let pivot = rows[j];
+        for row in &mut rows[j + 1..] {
+            let factor = row[j] / pivot[j];
+            row.iter_mut().zip(pivot).for_each(|(x, p)| *x -= factor * p);
         }
     }
     let mut parts = [0.0; MIXED];

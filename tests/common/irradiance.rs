@@ -167,6 +167,8 @@ impl Lit {
         let read = |buffer: &Buffer<[f32; 4]>| buffer.read(&self.device).unwrap().into_iter().map(rgb);
         let fluence: Vec<[f64; 3]> = read(&light.fluence).collect();
         assert!(fluence.iter().flatten().all(|phi| phi.is_finite() && *phi >= 0.0));
+        let grey = light.channels.len() == 1;
+        assert!(fluence.iter().all(|[r, g, b]| !grey || (r == g && g == b)));
         let drift: Option<Vec<DVec3>> =
             light.drift.as_ref().map(|drift| read(drift).map(DVec3::from_array).collect());
         // The length's own rounding.
@@ -198,9 +200,11 @@ impl Lit {
             let (mut extinction, mut power) = (0.0, 0.0);
             for k in 0..count {
                 let point = centre + (place(k) - 0.5) * coarse.cell;
-                let sigma = field.value(point * unit) * sigma_max * unit / count as f64;
-                extinction += sigma;
-                power += sigma * between(grid, &values, point);
+                let sigma = field.value(point * unit) * sigma_max * unit;
+                extinction += sigma / count as f64;
+                // A cell of direct light scatters at most twice what it is met by.
+                let most = 2.0 / grid.cell.min_element() / (1.0 - albedo * forward);
+                power += sigma.min(most) * between(grid, &values, point) / count as f64;
             }
             let transport = (1.0 - albedo * forward) * extinction;
             absorption.push((1.0 - albedo) * extinction);
