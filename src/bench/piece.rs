@@ -3,13 +3,13 @@
 use super::files::{Folder, read_json, write_json};
 use super::measure::measure;
 use super::pool::without_state;
-use super::results::{Checkpoint, Repeat};
+use super::results::{Checkpoint, LightRun, Repeat};
 use super::suite::{CaseSpec, Checkpoints, short_hash};
 use super::watch::Watch;
 use crate::device::{Device, DeviceInfo, sources_hash};
 use crate::metrics::squared_error_blocks;
 use crate::picture::{Picture, read_exr, write_exr};
-use crate::render::{BRICK_SHIFT, Plan, Session, Snapshot, data_hash, load_volume};
+use crate::render::{BRICK_SHIFT, Plan, Progress, Session, Snapshot, data_hash, load_volume};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -85,7 +85,7 @@ impl Task<'_> {
         let data = data_hash(&plan, &volume)?;
         let mut session = Session::new(Device::open(self.device)?, &plan)?;
         let prepare = begin.elapsed().saturating_sub(session.build_time);
-        let warmup = warm_up(&mut session, self.case.warmup, watch)?;
+        let warmup = warm_up(&mut session, &plan, self.case.warmup, watch)?;
         let mut run = Run {
             task: self,
             session: &mut session,
@@ -99,6 +99,7 @@ impl Task<'_> {
         };
         let checkpoints = run.checkpoints()?;
         let (blocks, last) = (run.blocks, run.last);
+        let light = session.light_facts().map(LightRun::of);
         if let Some(picture) = last {
             write_exr(&folder.path(&picture_name(&key)), &without_state(picture))?;
         }
@@ -108,6 +109,7 @@ impl Task<'_> {
             build_cached: session.build_cached,
             prepare_seconds: prepare.as_secs_f64(),
             warmup_seconds: warmup.as_secs_f64(),
+            light,
             checkpoints,
         };
         let piece = Piece { key: key.clone(), repeat, blocks };
@@ -121,15 +123,20 @@ pub fn picture_name(key: &str) -> String {
     format!("runs/{key}.exr")
 }
 
-/// Launches that do not count: the first ones compile, and find the launches' sizes.
-fn warm_up(session: &mut Session, samples: u32, watch: &Watch<'_>) -> Result<Duration> {
+/// Launches that do not count: the first ones compile, and find the launches' sizes. A light volume is computed for them,
+/// and again when the clock runs.
+fn warm_up(session: &mut Session, plan: &Plan<'_>, samples: u32, watch: &Watch<'_>) -> Result<Duration> {
+    if samples == 0 {
+        return Ok(Duration::ZERO);
+    }
     let begin = Instant::now();
     while session.progress().samples < samples {
         session.step(samples)?;
         stop_if_asked(watch)?;
     }
-    session.reset()?;
-    Ok(begin.elapsed())
+    let elapsed = begin.elapsed();
+    session.restart(plan)?;
+    Ok(elapsed)
 }
 
 fn stop_if_asked(watch: &Watch<'_>) -> Result<()> {
@@ -189,7 +196,11 @@ impl Run<'_> {
             stop_if_asked(self.watch)?;
             self.watch.now_and_then(|| {
                 let (name, seconds) = (&self.task.case.name, self.clock.as_secs_f64());
-                format!("{name}: {} samples in {seconds:.1} s", self.session.progress().samples)
+                let Progress { samples, light, .. } = self.session.progress();
+                if light < 1.0 {
+                    return format!("{name}: {:.0} % of the light in {seconds:.1} s", 100.0 * light);
+                }
+                format!("{name}: {samples} samples in {seconds:.1} s")
             });
         }
     }
@@ -197,6 +208,7 @@ impl Run<'_> {
     fn checkpoint(&mut self, launches_before: u64) -> Result<Checkpoint> {
         let snapshot = Snapshot::take(self.session, self.plan, self.data, self.clock)?;
         let progress = self.session.progress();
+        let light = self.session.light_facts().and_then(|facts| facts.cost);
         let metrics = measure(&snapshot.picture, self.task.reference)?;
         self.blocks.push(squared_error_blocks(&snapshot.picture, self.task.reference)?);
         self.last = Some(snapshot.picture);
@@ -208,7 +220,8 @@ impl Run<'_> {
             lookups: snapshot.summary.lookups,
             bytes: snapshot.summary.lookups * self.bytes,
             rejected: snapshot.summary.rejected,
-            faults: snapshot.paths.map_or(0, |paths| paths.above_majorant + paths.unfinished),
+            faults: snapshot.paths.map_or(0, |paths| paths.above_majorant + paths.unfinished)
+                + light.map_or(0, |cost| cost.above_majorant),
             metrics,
         })
     }

@@ -175,6 +175,7 @@ impl Bench<'_> {
         let mut case = Case {
             name: spec.name.clone(),
             group: spec.group.clone(),
+            curve: spec.curve.clone(),
             scene: spec.scene_name.clone(),
             overrides: spec.overrides.clone(),
             scene_hash: spec.scene.seedless_hash.clone(),

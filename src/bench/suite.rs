@@ -305,6 +305,7 @@ fn finish(draft: Draft<'_>) -> Result<CaseSpec> {
     Ok(CaseSpec {
         name: draft.name,
         group: draft.group,
+        curve: draft.config.curve.clone(),
         scene_name: draft.config.scene.clone(),
         scene_path: draft.scene_path,
         overrides: draft.overrides,

@@ -66,6 +66,9 @@ pub struct CaseConfig {
     pub name: String,
     /// Cases of one group share a plot. Default: the name.
     pub group: Option<String>,
+    /// Cases of one curve are joined in the plot of error against time, each with its last checkpoint: one method with
+    /// more and more iterations of a light volume, or with finer and finer steps.
+    pub curve: Option<String>,
     /// Path of the scene, relative to the suite file.
     pub scene: String,
     /// Overrides of the scene, after those of the suite.
