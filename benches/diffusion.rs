@@ -9,7 +9,7 @@ mod timing;
 use glam::DVec3;
 use std::time::{Duration, Instant};
 use svetlo::device::{Arg, Buffer, Catalog, Device, Program, ProgramSpec};
-use svetlo::diffusion::{Boundary, Coefficients, Method, Settings, Solver};
+use svetlo::diffusion::{Boundary, Coefficients, Method, Outcome, Settings, Solver};
 use svetlo::reference::random::{philox4x32, uniform};
 use timing::{Times, Wanted};
 
@@ -108,13 +108,12 @@ fn solve(device: &Device, row: &str, cells: usize, extinction: &[f32], method: M
     let spacing = DVec3::splat(1.0 / cells as f64);
     let mut solver = Solver::new(device, [cells; 3], spacing, Boundary::OPEN)?;
     let start = Instant::now();
-    let solution = solver.solve(device, &coefficients, &source, &Settings::new(method))?;
+    let Outcome { iterations, residual, converged, .. } =
+        solver.solve(device, &coefficients, &source, &Settings::new(method))?.outcome;
     println!(
-        "{row:<46} {:>7} iterations, residual {:.2e}, {:>9.3} s{}",
-        solution.iterations,
-        solution.residual,
+        "{row:<46} {iterations:>7} iterations, residual {residual:.2e}, {:>9.3} s{}",
         start.elapsed().as_secs_f64(),
-        if solution.converged { "" } else { " (not converged)" }
+        if converged { "" } else { " (not converged)" }
     );
     Ok(())
 }

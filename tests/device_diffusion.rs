@@ -45,7 +45,7 @@ fn every_method_solves_the_twins_equation() {
             let solved = medium.solve(&source, &settings);
             let found: f64 = solved.phi.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
             let bound = allowed(&medium, &source, &exact, settings.tolerance);
-            report(&format!("{dims:?} {method:?}, {} iterations", solved.solution.iterations), found, bound);
+            report(&format!("{dims:?} {method:?}, {} iterations", solved.outcome.iterations), found, bound);
             assert!(found <= bound, "{dims:?} {method:?}: {found:e} > {bound:e}");
         }
     }
@@ -66,10 +66,10 @@ fn the_residual_that_is_reported_is_that_of_the_equation() {
             * rms(solved.phi.iter().copied());
         report(
             "residual beside the twin's",
-            (exact - solved.solution.residual).abs(),
+            (exact - solved.outcome.residual).abs(),
             roundings + 1e-2 * exact,
         );
-        close("residual", solved.solution.residual, exact, roundings + 1e-2 * exact);
+        close("residual", solved.outcome.residual, exact, roundings + 1e-2 * exact);
     }
 }
 
@@ -192,7 +192,7 @@ fn power_is_absorbed_or_escapes() {
         let power = wide(&source).iter().sum::<f64>() * medium.spacing.element_product();
         let error = (balance.absorbed + balance.escaped) / power - 1.0;
         report(&format!("{name}: power"), error.abs(), 1e-5);
-        close("imbalance", solved.solution.imbalance, error.abs(), 1e-6);
+        close("imbalance", solved.outcome.imbalance, error.abs(), 1e-6);
         assert!(error.abs() < 1e-5, "{name}: {error:e}");
     }
 }
@@ -204,9 +204,9 @@ fn multigrid_takes_few_iterations_whatever_the_size() {
         for (name, medium) in media(cells) {
             let source = vec![1.0; cells.pow(3)];
             let solved = medium.solve(&source, &Settings::new(Method::Multigrid));
-            println!("{name} {cells}³: {} iterations", solved.solution.iterations);
-            assert!(solved.solution.iterations <= 20, "{name} {cells}³: {}", solved.solution.iterations);
-            counts.push(solved.solution.iterations as f64);
+            println!("{name} {cells}³: {} iterations", solved.outcome.iterations);
+            assert!(solved.outcome.iterations <= 20, "{name} {cells}³: {}", solved.outcome.iterations);
+            counts.push(solved.outcome.iterations as f64);
         }
     }
     for k in 0..4 {

@@ -4,12 +4,13 @@ mod common;
 #[path = "common/diffusion.rs"]
 mod diffusion;
 
-use common::{EPS, close, device, largest, noise};
+use common::{EPS, close, device, largest, noise, rms};
 use diffusion::{MIRROR, Medium, wide};
 use glam::DVec3;
+use std::ops::ControlFlow;
 use svetlo::Error;
-use svetlo::device::Buffer;
-use svetlo::diffusion::{Boundary, Coefficients, Method, Settings, Solver};
+use svetlo::device::{Buffer, Device};
+use svetlo::diffusion::{Boundary, Coefficients, Method, Observer, Outcome, Settings, Solver};
 
 const MULTIGRID: Method = Method::Multigrid;
 
@@ -27,12 +28,12 @@ fn contrast_of_a_million_and_albedo_0_and_1_are_solved() {
         for method in [Method::ConjugateGradients, MULTIGRID] {
             let settings = Settings { floor: 1e-12, ..Settings::new(method) };
             let solved = medium.solve(&source, &settings);
-            assert_eq!(solved.solution.limited_cells, 0);
+            assert_eq!(solved.outcome.limited_cells, 0);
             let balance = medium.twin().balance(&solved.phi);
             let power = (1.0 + 1e-6) * 0.05_f64.powi(3);
             // What is demanded of the imbalance, and float32 φ.
             close("power", (balance.absorbed + balance.escaped) / power, 1.0, 1e-5 + EPS);
-            println!("albedo {albedo} {method:?}: {} iterations", solved.solution.iterations);
+            println!("albedo {albedo} {method:?}: {} iterations", solved.outcome.iterations);
         }
     }
 }
@@ -49,7 +50,7 @@ fn vacuum_is_limited_and_counted() {
     for floor in [1e-2, 0.5] {
         let settings = Settings { floor, ..Settings::new(MULTIGRID) };
         let solved = medium.solve(&source, &settings);
-        assert_eq!(solved.solution.limited_cells, 2048);
+        assert_eq!(solved.outcome.limited_cells, 2048);
         let limit = (1.0 / (3.0 * floor)) as f32;
         let diffusivity = medium.diffusivity.iter().map(|d| d.min(limit)).collect();
         let limited = Medium { diffusivity, ..Medium::cube(16, |_| 20.0) };
@@ -86,8 +87,8 @@ fn boxes_one_cell_thick_and_stretched_cells_are_solved() {
         for (found, exact) in solved.phi.into_iter().zip(exact) {
             close(&format!("{dims:?}"), found, exact, bound);
         }
-        println!("{dims:?}: {} iterations", solved.solution.iterations);
-        assert!(solved.solution.iterations <= 20, "{dims:?}: {}", solved.solution.iterations);
+        println!("{dims:?}: {} iterations", solved.outcome.iterations);
+        assert!(solved.outcome.iterations <= 20, "{dims:?}: {}", solved.outcome.iterations);
     }
 }
 
@@ -96,7 +97,7 @@ fn no_source_gives_darkness_and_a_faint_one_light() {
     let medium = Medium::cube(9, |_| 10.0);
     for method in [Method::Explicit, Method::OverRelaxation { factor: None }, MULTIGRID] {
         let solved = medium.solve(&[0.0; 729], &Settings::new(method));
-        assert_eq!((solved.solution.iterations, solved.solution.residual), (0, 0.0));
+        assert_eq!((solved.outcome.iterations, solved.outcome.residual), (0, 0.0));
         assert!(solved.phi.iter().all(|&phi| phi == 0.0));
     }
     // Scale: φ is linear in the source, to the last bits.
@@ -121,7 +122,7 @@ fn the_same_solve_gives_the_same_bits_and_a_solver_can_be_used_again() {
     let settings = Settings::new(MULTIGRID);
     let mut solve = |coefficients| {
         let solution = solver.solve(&device, coefficients, &source, &settings).unwrap();
-        (solution.phi.read(&device).unwrap(), solution.history)
+        (solution.phi.read(&device).unwrap(), solution.outcome.history)
     };
     let first = solve(&coefficients);
     let between = solve(&other);
@@ -139,9 +140,9 @@ fn iterations_end_at_their_limit_and_say_so() {
         let settings = Settings { max_iterations, ..Settings::new(method) };
         let device = device();
         let solution = medium.try_solve(&device, &source, &settings).unwrap();
-        assert!(!solution.converged && solution.residual > 1e-6);
-        assert_eq!(solution.iterations, max_iterations);
-        assert_eq!(solution.history.last(), Some(&(max_iterations, solution.residual)));
+        assert!(!solution.outcome.converged && solution.outcome.residual > 1e-6);
+        assert_eq!(solution.outcome.iterations, max_iterations);
+        assert_eq!(solution.outcome.history.last(), Some(&(max_iterations, solution.outcome.residual)));
         assert!(solution.phi.read(&device).unwrap().iter().all(|&phi| phi >= 0.0));
     }
 }
@@ -198,5 +199,109 @@ fn what_makes_no_sense_is_refused_with_the_reason() {
         (Settings::new(Method::OverRelaxation { factor: Some(2.0) }), "between 0 and 2"),
     ] {
         refused(&medium(), &source, &settings, text);
+    }
+}
+
+/// A medium on the device, for several solves of one solver.
+struct OnDevice {
+    device: Device,
+    absorption: Buffer<f32>,
+    diffusivity: Buffer<f32>,
+    solver: Solver,
+}
+
+impl OnDevice {
+    fn new(medium: &Medium) -> Self {
+        let device = device();
+        let absorption = Buffer::from_slice(&device, &medium.absorption).unwrap();
+        let diffusivity = Buffer::from_slice(&device, &medium.diffusivity).unwrap();
+        let solver = Solver::new(&device, medium.dims, medium.spacing, medium.boundary).unwrap();
+        Self { device, absorption, diffusivity, solver }
+    }
+
+    /// From `phi` on, to `phi`.
+    fn improve(
+        &mut self,
+        source: &[f32],
+        phi: &mut Vec<f32>,
+        settings: &Settings,
+        observer: &mut Observer<'_>,
+    ) -> svetlo::Result<Outcome> {
+        let device = &self.device;
+        let coefficients = Coefficients { absorption: &self.absorption, diffusivity: &self.diffusivity };
+        let [source, field] = [source, phi].map(|values| Buffer::from_slice(device, values).unwrap());
+        let outcome = self.solver.improve(device, &coefficients, &source, &field, settings, observer);
+        *phi = field.read(device).unwrap();
+        outcome
+    }
+}
+
+#[test]
+fn a_solve_goes_on_from_what_is_known() {
+    let medium = Medium::cube(20, |p| if p.x < 0.5 { 200.0 } else { 0.5 });
+    let mut on_device = OnDevice::new(&medium);
+    let source = vec![1.0; 8000];
+    let exact = medium.twin().solve(&wide(&source));
+    let mut patient = |_, _| ControlFlow::Continue(());
+    for method in [Method::OverRelaxation { factor: None }, Method::ConjugateGradients, MULTIGRID] {
+        let settings = Settings::new(method);
+        let mut phi = vec![0.0; 8000];
+        let mut improve = |source: &[f32], phi: &mut Vec<f32>, tolerance| {
+            let settings = Settings { tolerance, ..settings };
+            on_device.improve(source, phi, &settings, &mut patient).unwrap()
+        };
+        let first = improve(&source, &mut phi, 1e-4);
+        // What is solved takes no iteration, and loses its last bits at most.
+        let known = phi.clone();
+        let again = improve(&source, &mut phi, 2e-4);
+        assert_eq!(again.iterations, 0);
+        // The fluence was rounded to float32 in between: that moves what leaves each cell through six faces.
+        let roundings = 2.0 * EPS * 12.0 * 400.0 / 1.5 * rms(phi.iter().copied().map(f64::from));
+        close("residual", again.history[0].1, first.residual, roundings);
+        for (after, before) in phi.iter().zip(&known) {
+            close("kept", f64::from(*after), f64::from(*before), 4.0 * EPS * f64::from(*before));
+        }
+        let onward = improve(&source, &mut phi, 1e-6);
+        let whole = improve(&source, &mut vec![0.0; 8000], 1e-6);
+        println!(
+            "{method:?}: {} + {} iterations, {} from darkness",
+            first.iterations, onward.iterations, whole.iterations
+        );
+        assert!(onward.converged && onward.iterations < whole.iterations);
+        // Row sums of A⁻¹ are the fluence itself, for this source; ‖Q‖ is that of 8000 ones.
+        let bound = (1e-6 * 8000_f64.sqrt() + 16.0 * EPS) * largest(exact.iter().copied());
+        for (found, exact) in phi.iter().zip(&exact) {
+            close("solution", f64::from(*found), *exact, bound);
+        }
+        // A start that has nothing to do with the solution is no worse than darkness, and none leads astray.
+        let mut far = vec![1e9; 8000];
+        assert_eq!(improve(&source, &mut far, 1e-6).iterations, whole.iterations);
+        let mut absurd = vec![1e30; 8000];
+        assert!(improve(&vec![1e-20; 8000], &mut absurd, 1e-6).converged);
+        let mut dark = vec![1.0; 8000];
+        assert!(improve(&vec![0.0; 8000], &mut dark, 1e-6).converged);
+        assert!(dark.iter().all(|&phi| phi == 0.0));
+    }
+}
+
+#[test]
+fn an_observer_sees_the_solve_and_can_end_it() {
+    let medium = Medium::cube(24, |_| 50.0);
+    let mut on_device = OnDevice::new(&medium);
+    let source = vec![1.0; 13824];
+    for (method, looks, per_look) in
+        [(Method::Explicit, 3, 20), (Method::ConjugateGradients, 5, 1), (MULTIGRID, 2, 1)]
+    {
+        let mut seen = Vec::new();
+        let mut watch = |iterations, residual: f64| {
+            seen.push(iterations);
+            assert!(residual > 0.0 && residual.is_finite());
+            if seen.len() == looks { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let mut phi = vec![0.5; 13824];
+        let ended = on_device.improve(&source, &mut phi, &Settings::new(method), &mut watch);
+        assert!(matches!(ended, Err(Error::Interrupted)));
+        assert_eq!(seen, (1..=looks).map(|k| k * per_look).collect::<Vec<_>>());
+        assert!(phi.iter().all(|&phi| phi == 0.5));
     }
 }

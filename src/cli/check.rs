@@ -55,6 +55,9 @@ fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume, catalog: &Catalog) 
         format!("{}×{}, {}", scene.image.width, scene.image.height, filter_text(scene.image.filter)),
     );
     line("camera", camera_text(&scene.camera));
+    if scene.views.len() > 1 {
+        line("views", format!("{}, of which this is the first", scene.views.len()));
+    }
     line(
         "volume",
         format!(
@@ -68,7 +71,7 @@ fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume, catalog: &Catalog) 
     line("window", format!("{} to {}", plan.window.0 as f32, plan.window.1 as f32));
     line("background", background_text(&scene.background));
     line("method", method_name(&scene.method).into());
-    if let Method::Scattering(_) = scene.method {
+    if let Method::Scattering(_) | Method::LightVolume(_) = scene.method {
         line("medium", medium_text(&scene.scattering));
         line("phase", phase_text(&scene.phase));
     }

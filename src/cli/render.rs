@@ -149,6 +149,7 @@ impl Job<'_> {
         // Its planes are as large as the image.
         drop(saved);
         let mut session = self.session(&plan, &data_hash)?;
+        session.interrupt_by(Arc::clone(&self.interrupt));
         let spent = film.as_ref().map(|film| film.spent);
         if let Some(film) = film {
             session.restore(&film)?;

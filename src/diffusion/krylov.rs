@@ -38,7 +38,7 @@ impl Iteration<'_> {
                 return Err(Error::Failed(format!(
                     "diffusion: conjugate gradients broke down after {} iterations at a relative residual of {:.1e}; \
                      another method of solution may do",
-                    self.iterations, self.residual
+                    self.outcome.iterations, self.outcome.residual
                 )));
             }
             let fields = [&finest.phi, &finest.phi_low, &level.source, &finest.direction, &finest.leaving];
@@ -46,13 +46,16 @@ impl Iteration<'_> {
             last = Some((step, numerator));
             let [norm, _] = self.queue.sums(&level.source)?;
             self.count(1, norm);
-            if self.residual <= self.settings.tolerance || self.iterations.is_multiple_of(REPLACE_EVERY) {
-                let estimate = self.residual;
+            if self.outcome.residual <= self.settings.tolerance
+                || self.outcome.iterations.is_multiple_of(REPLACE_EVERY)
+            {
+                let estimate = self.outcome.residual;
                 self.check()?;
-                if self.residual > DRIFTED * estimate {
+                if self.outcome.residual > DRIFTED * estimate {
                     last = None;
                 }
             }
+            self.show()?;
         }
         Ok(())
     }

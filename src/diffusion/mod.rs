@@ -5,7 +5,7 @@
 //! the solution is kept as a sum of two floats, so that its residual can be made as small as is asked for, and the
 //! residual that is reported is that of the equation, not the iteration's own estimate.
 //!
-//! - [`Solver`], [`Coefficients`], [`Settings`], [`Method`], [`Solution`]: what callers need
+//! - [`Solver`], [`Coefficients`], [`Settings`], [`Method`], [`Solution`], [`Outcome`]: what callers need
 //! - `grid`: levels, how their cells are stored, and how they are coarsened
 //! - `fields`, `launch`: device memory and kernels
 //! - `multigrid`, `coarsest`: the preconditioner
@@ -22,5 +22,5 @@ mod solver;
 mod stationary;
 
 pub use grid::DeviceDiffusionGrid;
-pub use settings::{Boundary, Coefficients, Method, Settings, Solution};
+pub use settings::{Boundary, Coefficients, Method, Observer, Outcome, Settings, Solution};
 pub use solver::Solver;

@@ -1,6 +1,7 @@
 //! What a solve is given and what it gives back.
 
 use crate::device::Buffer;
+use std::ops::ControlFlow;
 
 /// What happens at the six sides of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,10 +67,20 @@ impl Settings {
     }
 }
 
+/// Who watches a solve: told now and then how many iterations there were and the relative residual; a break ends it.
+pub type Observer<'a> = dyn FnMut(usize, f64) -> ControlFlow<()> + 'a;
+
 /// What a solve found.
 pub struct Solution {
     /// Fluence φ ≥ 0 of each cell, x fastest, in units of the source times length.
     pub phi: Buffer<f32>,
+    /// How it came about.
+    pub outcome: Outcome,
+}
+
+/// How a solve went.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
     /// Iterations done.
     pub iterations: usize,
     /// ‖Q − Aφ‖ / ‖Q‖, computed from the solution itself.
@@ -78,7 +89,8 @@ pub struct Solution {
     pub imbalance: f64,
     /// Whether residual and imbalance are within the tolerance.
     pub converged: bool,
-    /// Iterations and relative residual after them, as the iteration estimated it or, where it was checked, as it is.
+    /// Iterations and relative residual after them, from 0 iterations on, as the iteration estimated it or, where it was
+    /// checked, as it is; empty without a source.
     pub history: Vec<(usize, f64)>,
     /// Cells whose diffusivity was limited by [`Settings::floor`].
     pub limited_cells: u64,

@@ -5,11 +5,12 @@ use super::fields::{Finest, Level, memory};
 use super::grid::Grid;
 use super::launch::{Kernels, Queue};
 use super::multigrid::Hierarchy;
-use super::settings::{Boundary, Coefficients, Method, Settings, Solution};
+use super::settings::{Boundary, Coefficients, Method, Observer, Outcome, Settings, Solution};
 use crate::device::{Arg, Buffer, Device, MemoryPlan, ProgramSpec};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 
 /// Imbalance over the tolerance: a residual spread over many cells may be small beside a source in few, and yet be much
 /// of its power.
@@ -77,7 +78,7 @@ impl Solver {
     ///
     /// # Errors
     /// [`Error::Input`] when a number makes no sense or light has no steady state; [`Error::Failed`] when the device
-    /// or the iteration fails. A solve that ends at the limit of iterations is no error: see [`Solution::converged`].
+    /// or the iteration fails. A solve that ends at the limit of iterations is no error: see [`Outcome::converged`].
     pub fn solve(
         &mut self,
         device: &Device,
@@ -85,11 +86,32 @@ impl Solver {
         source: &Buffer<f32>,
         settings: &Settings,
     ) -> Result<Solution> {
+        let phi = Buffer::zeroed(device, self.dims.iter().product())?;
+        let mut patient = |_, _| ControlFlow::Continue(());
+        let outcome = self.improve(device, coefficients, source, &phi, settings, &mut patient)?;
+        Ok(Solution { phi, outcome })
+    }
+
+    /// As [`Solver::solve`], from the fluence `phi` on, which may be that of another medium or source: it becomes the
+    /// solution. A start that is worse than darkness is not used.
+    ///
+    /// # Errors
+    /// As [`Solver::solve`], and [`Error::Interrupted`] when the observer breaks; `phi` is then what it was.
+    pub fn improve(
+        &mut self,
+        device: &Device,
+        coefficients: &Coefficients<'_>,
+        source: &Buffer<f32>,
+        phi: &Buffer<f32>,
+        settings: &Settings,
+        observer: &mut Observer<'_>,
+    ) -> Result<Outcome> {
         let cells = self.dims.iter().product::<usize>();
         for (name, field) in [
             ("absorption", coefficients.absorption),
             ("diffusivity", coefficients.diffusivity),
             ("source", source),
+            ("fluence to start from", phi),
         ] {
             if field.len() != cells {
                 return Err(Error::Input(format!(
@@ -102,6 +124,7 @@ impl Solver {
         let limit = largest_diffusivity(self.dims, self.spacing, settings)?;
         let limited_cells = inspect(&mut queue, coefficients, limit, &self.boundary)?;
         let largest_source = inspect_one(&mut queue, "source", source)?;
+        let largest_start = inspect_one(&mut queue, "fluence to start from", phi)?;
         for level in &self.levels {
             level.device_grid.write(device, 0, &[level.grid.device(&self.boundary, limit)])?;
         }
@@ -109,22 +132,18 @@ impl Solver {
         assemble(&mut queue, &self.levels, coefficients, unit as f32)?;
         let (inverse, elements) = coarsest(device, &self.levels[self.levels.len() - 1])?;
         let hierarchy = Hierarchy { levels: &self.levels, inverse: &inverse, elements: &elements };
-        let mut iteration = Iteration::new(queue, hierarchy, &self.finest, settings);
+        let mut iteration = Iteration::new(queue, hierarchy, &self.finest, settings, observer);
+        let scale = f64::from(largest_source) * unit;
         if largest_source > 0.0 {
             iteration.load(source, 1.0 / largest_source)?;
+            // Squares of the fluence must stay inside float32.
+            if largest_start > 0.0 && f64::from(largest_start) < scale * 1e15 {
+                iteration.start_from(phi, (1.0 / scale) as f32)?;
+            }
             iteration.run(self.dims)?;
         }
-        let phi = Buffer::uninitialised(device, cells)?;
-        iteration.store(&phi, (f64::from(largest_source) * unit) as f32)?;
-        Ok(Solution {
-            phi,
-            iterations: iteration.iterations,
-            residual: iteration.residual,
-            imbalance: iteration.imbalance,
-            converged: iteration.converged,
-            history: iteration.history,
-            limited_cells,
-        })
+        iteration.store(phi, scale as f32)?;
+        Ok(Outcome { limited_cells, ..iteration.outcome })
     }
 }
 
@@ -233,31 +252,23 @@ pub(super) struct Iteration<'a> {
     pub hierarchy: Hierarchy<'a>,
     pub finest: &'a Finest,
     pub settings: &'a Settings,
-    pub iterations: usize,
-    pub residual: f64,
-    imbalance: f64,
-    converged: bool,
-    history: Vec<(usize, f64)>,
+    pub outcome: Outcome,
+    observer: &'a mut Observer<'a>,
     /// Norm and sum of the source.
     norm: f64,
     sum: f64,
 }
 
 impl<'a> Iteration<'a> {
-    fn new(queue: Queue<'a>, hierarchy: Hierarchy<'a>, finest: &'a Finest, settings: &'a Settings) -> Self {
-        Self {
-            queue,
-            hierarchy,
-            finest,
-            settings,
-            iterations: 0,
-            residual: 0.0,
-            imbalance: 0.0,
-            converged: true,
-            history: Vec::new(),
-            norm: 0.0,
-            sum: 0.0,
-        }
+    fn new(
+        queue: Queue<'a>,
+        hierarchy: Hierarchy<'a>,
+        finest: &'a Finest,
+        settings: &'a Settings,
+        observer: &'a mut Observer<'a>,
+    ) -> Self {
+        let outcome = Outcome { converged: true, ..Outcome::default() };
+        Self { queue, hierarchy, finest, settings, outcome, observer, norm: 0.0, sum: 0.0 }
     }
 
     /// The finest level.
@@ -271,13 +282,32 @@ impl<'a> Iteration<'a> {
         let arguments =
             [(&level.device_grid).into(), source.into(), (&self.finest.source).into(), scale.into()];
         self.queue.cells("diffusion_load", level, &arguments)?;
-        for field in [&self.finest.phi, &self.finest.phi_low, &self.finest.direction, &self.finest.leaving] {
+        for field in [&self.finest.direction, &self.finest.leaving] {
             self.queue.vector("diffusion_zero", &[field], &[], field.len())?;
         }
         [self.norm, self.sum] = self.queue.sums(&self.finest.source)?;
+        self.outcome.converged = false;
+        self.outcome.history.push((0, 1.0));
+        self.darken()
+    }
+
+    fn darken(&mut self) -> Result<()> {
+        for field in [&self.finest.phi, &self.finest.phi_low] {
+            self.queue.vector("diffusion_zero", &[field], &[], field.len())?;
+        }
+        self.true_residual()
+    }
+
+    /// Starts from a fluence, if that is nearer to the solution than darkness.
+    fn start_from(&mut self, phi: &Buffer<f32>, scale: f32) -> Result<()> {
+        let level = self.level();
+        let arguments = [(&level.device_grid).into(), phi.into(), (&self.finest.phi).into(), scale.into()];
+        self.queue.cells("diffusion_load", level, &arguments)?;
         self.true_residual()?;
-        self.converged = false;
-        Ok(())
+        if self.outcome.residual >= 1.0 {
+            return self.darken();
+        }
+        self.check()
     }
 
     fn store(&mut self, phi: &Buffer<f32>, scale: f32) -> Result<()> {
@@ -300,7 +330,7 @@ impl<'a> Iteration<'a> {
             }
             Method::ConjugateGradients | Method::Multigrid => self.conjugate_gradients(),
         }?;
-        if !self.converged {
+        if !self.outcome.converged {
             self.clamp()?;
         }
         Ok(())
@@ -308,25 +338,33 @@ impl<'a> Iteration<'a> {
 
     /// Whether to stop.
     pub fn done(&self) -> bool {
-        self.converged || self.iterations >= self.settings.max_iterations
+        self.outcome.converged || self.outcome.iterations >= self.settings.max_iterations
     }
 
     /// At most as many more iterations as the settings allow.
     pub fn at_most(&self, iterations: usize) -> usize {
-        iterations.min(self.settings.max_iterations - self.iterations)
+        iterations.min(self.settings.max_iterations - self.outcome.iterations)
     }
 
     /// Adds iterations after which the residual's norm is estimated.
     pub fn count(&mut self, iterations: usize, norm: f64) {
-        self.iterations += iterations;
-        self.residual = norm / self.norm;
-        self.history.push((self.iterations, self.residual));
+        self.outcome.iterations += iterations;
+        self.outcome.residual = norm / self.norm;
+        self.outcome.history.push((self.outcome.iterations, self.outcome.residual));
+    }
+
+    /// Shows the observer where the solve stands.
+    pub fn show(&mut self) -> Result<()> {
+        match (self.observer)(self.outcome.iterations, self.outcome.residual) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Error::Interrupted),
+        }
     }
 
     /// Computes the residual afresh, of a solution without negative values if that is within the tolerance.
     pub fn check(&mut self) -> Result<()> {
         self.true_residual()?;
-        if self.residual <= self.settings.tolerance {
+        if self.outcome.residual <= self.settings.tolerance {
             self.clamp()?;
         }
         Ok(())
@@ -338,7 +376,8 @@ impl<'a> Iteration<'a> {
         self.queue.vector("diffusion_clamp", &[&finest.phi, &finest.phi_low], &[], finest.phi.len())?;
         self.true_residual()?;
         let tolerance = self.settings.tolerance;
-        self.converged = self.residual <= tolerance && self.imbalance <= BALANCE * tolerance;
+        self.outcome.converged =
+            self.outcome.residual <= tolerance && self.outcome.imbalance <= BALANCE * tolerance;
         Ok(())
     }
 
@@ -349,15 +388,15 @@ impl<'a> Iteration<'a> {
         let fields = [&level.source, &finest.phi, &finest.phi_low, &finest.source, x, y, z, &level.loss];
         self.queue.sweep_both("diffusion_residual", level, &fields)?;
         let [norm, sum] = self.queue.sums(&level.source)?;
-        (self.residual, self.imbalance) = (norm / self.norm, (sum / self.sum).abs());
-        if !self.residual.is_finite() {
+        (self.outcome.residual, self.outcome.imbalance) = (norm / self.norm, (sum / self.sum).abs());
+        if !self.outcome.residual.is_finite() {
             return Err(Error::Failed(format!(
                 "diffusion: the solution overflows after {} iterations; the coefficients may differ by too much",
-                self.iterations
+                self.outcome.iterations
             )));
         }
-        if let Some(last) = self.history.last_mut() {
-            last.1 = self.residual;
+        if let Some(last) = self.outcome.history.last_mut() {
+            last.1 = self.outcome.residual;
         }
         Ok(())
     }

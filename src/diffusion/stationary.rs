@@ -51,6 +51,7 @@ impl Iteration<'_> {
         let fields = [&self.finest.phi, &self.finest.phi_low, correction];
         self.queue.vector("diffusion_correct", &fields, &[], correction.len())?;
         self.count(sweeps, f64::NAN);
-        self.check()
+        self.check()?;
+        self.show()
     }
 }

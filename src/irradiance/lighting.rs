@@ -1,16 +1,18 @@
 //! How a light volume comes to be, in steps short enough to be shown and interrupted.
 
 use super::{
-    Carrying, Cells, Convection, Direct, DirectCost, DirectLight, LightBuffers, LitMedium, Spreading,
-    crossing_steps, steady_light,
+    Carrying, Cells, ChannelFacts, Convection, Direct, DirectCost, DirectLight, LightBuffers, LightGrid,
+    Limiter, LitMedium, ScatterProgress, ScatterSettings, Spreading, crossing_steps, solve, steady_light,
 };
 use crate::Result;
 use crate::device::{Buffer, Device};
+use crate::diffusion::Method;
 use crate::render::Plan;
 use crate::render::light_volume::LightSetup;
 use crate::render::local::LocalFrame;
-use crate::scene::{self, Light, Phase, ScatteredLight as Scattering};
+use crate::scene::{self, DiffusionSolver, FluxLimiter, Light, Phase, ScatteredLight as Scattering, Steady};
 use serde::Serialize;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Steps in time between two looks at the clock.
@@ -25,6 +27,10 @@ pub struct LightFacts {
     pub estimates: Option<u32>,
     /// What they cost.
     pub cost: Option<DirectCost>,
+    /// Relative RMS error of the direct light: what of its noise is in every picture of it.
+    pub relative_error: Option<f64>,
+    /// How the diffusion equation of each channel was solved: one where nothing has a colour.
+    pub channels: Vec<ChannelFacts>,
     /// Steps in time of the paper's model.
     pub steps: Option<u32>,
 }
@@ -43,7 +49,8 @@ struct Setup {
     local: LocalFrame,
     settings: scene::LightVolume,
     phase: Phase,
-    direct_grid: super::LightGrid,
+    direct_grid: LightGrid,
+    scattered_grid: LightGrid,
     carrying: Carrying,
 }
 
@@ -87,6 +94,7 @@ impl Lighting {
             settings: light.settings,
             phase: light.phase,
             direct_grid: light.direct_grid,
+            scattered_grid: light.scattered_grid,
             carrying,
         };
         Ok(Self { medium, setup, stage: Stage::Start, facts: LightFacts::default() })
@@ -104,11 +112,16 @@ impl Lighting {
         }
     }
 
-    /// One step; the light volume and what it took once it is done.
+    /// One step; the light volume and what it took once it is done. `interrupted`: whether to leave off, asked where a step
+    /// takes long.
     ///
     /// # Errors
-    /// [`crate::Error::Failed`] when the device fails.
-    pub fn step(&mut self, device: &Device) -> Result<Option<(LightBuffers, LightFacts)>> {
+    /// [`crate::Error::Failed`] when the device fails, [`crate::Error::Interrupted`] after an interrupt.
+    pub fn step(
+        &mut self,
+        device: &Device,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Option<(LightBuffers, LightFacts)>> {
         let stage = std::mem::replace(&mut self.stage, Stage::Finished);
         self.stage = match stage {
             Stage::Start => self.start(device)?,
@@ -149,17 +162,14 @@ impl Lighting {
                 }
                 Stage::Spreading { direct, spreading, done, target }
             }
-            Stage::Direct(direct) => {
-                let _ = &direct;
-                Stage::Finished
-            }
+            Stage::Direct(direct) => return self.scatter(device, direct, interrupted),
             Stage::Finished => Stage::Finished,
         };
         Ok(None)
     }
 
     fn start(&mut self, device: &Device) -> Result<Stage> {
-        let Setup { lights, local, settings, phase, direct_grid: grid, carrying } = &self.setup;
+        let Setup { lights, local, settings, phase, direct_grid: grid, carrying, .. } = &self.setup;
         let cells = Cells::new(device, &self.medium, grid)?;
         match (settings.direct, settings.scattered) {
             (scene::DirectLight::Convection, Scattering::Steps { count, courant, spreading }) => {
@@ -191,6 +201,33 @@ impl Lighting {
         }
     }
 
+    /// Solves the diffusion equation.
+    fn scatter(
+        &mut self,
+        device: &Device,
+        direct: DirectLight,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Option<(LightBuffers, LightFacts)>> {
+        let Setup { settings, scattered_grid, direct_grid, .. } = &self.setup;
+        let Scattering::Steady(steady) = settings.scattered else { return Ok(None) };
+        self.facts.relative_error = Some(direct.relative_error(device)?);
+        let mut watch = |_: &ScatterProgress| match interrupted() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let scattered = solve(
+            device,
+            &self.medium,
+            scattered_grid,
+            direct_grid,
+            &direct,
+            &scatter_settings(steady),
+            &mut watch,
+        )?;
+        self.facts.channels = scattered.channels;
+        self.finish(device, direct, scattered.fluence, scattered.drift)
+    }
+
     fn note_direct(&mut self, device: &Device, direct: &Direct) -> Result<()> {
         self.facts.estimates = Some(direct.passes());
         self.facts.cost = Some(direct.cost(device)?);
@@ -206,5 +243,29 @@ impl Lighting {
     ) -> Result<Option<(LightBuffers, LightFacts)>> {
         let buffers = LightBuffers::new(device, self.setup.direct_grid, direct, scattered, drift)?;
         Ok(Some((buffers, self.facts.clone())))
+    }
+}
+
+/// The scene's words as the solver's.
+fn scatter_settings(steady: Steady) -> ScatterSettings {
+    let method = match steady.solver {
+        DiffusionSolver::Multigrid => Method::Multigrid,
+        DiffusionSolver::ConjugateGradients => Method::ConjugateGradients,
+        DiffusionSolver::OverRelaxation => Method::OverRelaxation { factor: None },
+        DiffusionSolver::Explicit => Method::Explicit,
+    };
+    let limiter = match steady.limiter {
+        FluxLimiter::None => Limiter::None,
+        FluxLimiter::Sum => Limiter::Sum,
+        FluxLimiter::Max => Limiter::Max,
+        FluxLimiter::Kershaw => Limiter::Kershaw,
+        FluxLimiter::LevermorePomraning => Limiter::LevermorePomraning,
+        FluxLimiter::Rational => Limiter::Rational,
+    };
+    ScatterSettings {
+        limiter,
+        tolerance: steady.tolerance,
+        floor: steady.floor,
+        ..ScatterSettings::new(method)
     }
 }

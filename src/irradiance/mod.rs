@@ -10,19 +10,24 @@
 //! - `direct`: by tracking towards the lights
 //! - `carried`, `convection`: by upwind convection, in steps or at once
 //! - `spreading`: scattered light by explicit diffusion
+//! - `scattered`, `channel`, `limiter`, `kernels`: scattered light by the steady diffusion equation
 //! - `lighting`: how a light volume comes to be, step by step
 //! - `light`, `file`: what cameras project, on the device, as numbers, and in files
 
 mod carried;
 mod cells;
+mod channel;
 mod convection;
 mod direct;
 mod direct_light;
 mod file;
 mod grid;
+mod kernels;
 mod light;
 mod lighting;
+mod limiter;
 mod medium;
+mod scattered;
 mod spreading;
 
 pub use carried::{CarriedLight, check_courant, crossing_steps, largest_courant, refusal, unlit_by};
@@ -33,5 +38,9 @@ pub use direct_light::DirectLight;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use light::{Directions, LightBuffers, LightData};
 pub use lighting::{LightFacts, Lighting};
+pub use limiter::Limiter;
 pub use medium::LitMedium;
+pub use scattered::{
+    ChannelFacts, ScatterObserver, ScatterProgress, ScatterSettings, ScatterSolver, ScatteredLight, solve,
+};
 pub use spreading::{Spreading, check_diffusion, largest_diffusion};

@@ -2,9 +2,9 @@
 
 use super::plan::Plan;
 use super::session::{Progress, Session};
-use crate::Result;
 use crate::film::FilmSummary;
 use crate::scene::Stop;
+use crate::{Error, Result};
 use std::time::{Duration, Instant};
 
 /// The first snapshot is due after this time, so that a wrong scene is seen early.
@@ -93,7 +93,11 @@ pub fn run(
                 None => return Ok(Ended::Unknown),
             }
         }
-        session.step(if stop.error.is_some() { target.min(next_check(progress.samples)) } else { target })?;
+        let goal = if stop.error.is_some() { target.min(next_check(progress.samples)) } else { target };
+        match session.step(goal) {
+            Err(Error::Interrupted) => return Ok(Ended::Interrupted),
+            other => other?,
+        }
         let elapsed = start.elapsed();
         let status = Status {
             progress: session.progress(),

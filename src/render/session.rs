@@ -11,6 +11,7 @@ use crate::film::FilmPixel;
 use crate::irradiance::{LightBuffers, LightData, LightFacts, Lighting};
 use crate::{Error, Result};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
@@ -83,6 +84,8 @@ pub struct Session {
     light: Option<Light>,
     light_facts: Option<LightFacts>,
     light_time: Duration,
+    /// Set when the user wants to stop.
+    interrupt: Option<Arc<AtomicBool>>,
     has_auxiliary: bool,
     tiles: u32,
     pacer: Pacer,
@@ -162,6 +165,7 @@ impl Session {
             light,
             light_facts: None,
             light_time: Duration::ZERO,
+            interrupt: None,
             has_auxiliary: plan.has_auxiliary(),
             tiles,
             pacer: Pacer::new(LAUNCH_TARGET),
@@ -176,6 +180,11 @@ impl Session {
     /// Caps launches at `units` tile-samples; the picture does not depend on it.
     pub fn limit_launches(&mut self, units: u64) {
         self.launch_limit = Some(units.max(1));
+    }
+
+    /// Watches this flag where a single step may take long; [`Error::Interrupted`] is what the step then ends with.
+    pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
+        self.interrupt = Some(flag);
     }
 
     /// How far it has come.
@@ -242,7 +251,9 @@ impl Session {
     fn step_light(&mut self) -> Result<()> {
         let Some(Light::Computing(lighting)) = &mut self.light else { return Ok(()) };
         let start = Instant::now();
-        let done = lighting.step(&self.device)?;
+        let interrupt = self.interrupt.as_deref();
+        let interrupted = || interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed));
+        let done = lighting.step(&self.device, &interrupted)?;
         let elapsed = start.elapsed();
         self.progress.launches += 1;
         self.progress.device_time += elapsed;

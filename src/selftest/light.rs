@@ -122,7 +122,7 @@ pub fn diffusion(bench: &Workbench) -> Result<Vec<Measurement>> {
         // source of 1: so far can a residual take the solution.
         let amplified = settings.tolerance * (cells as f64).sqrt();
         Ok(Measurement::within(
-            format!("{name}, {} iterations: largest error of a cell over the brightest", solution.iterations),
+            format!("{name}, {} iterations: largest error of a cell over the brightest", solution.outcome.iterations),
             phi.iter().enumerate().map(error).fold(0.0, maximum) / brightest,
             0.0,
             amplified + 16.0 * EPS * (cells as f64).sqrt(),

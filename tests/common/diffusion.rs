@@ -6,7 +6,7 @@
 use crate::common::{device, noise};
 use glam::DVec3;
 use svetlo::device::{Buffer, Device};
-use svetlo::diffusion::{Boundary, Coefficients, Settings, Solution, Solver};
+use svetlo::diffusion::{Boundary, Coefficients, Outcome, Settings, Solution, Solver};
 use svetlo::reference::diffusion::Diffusion;
 
 pub const MIRROR: f64 = f64::INFINITY;
@@ -23,7 +23,7 @@ pub struct Medium {
 /// What a solve gave, with φ on the host.
 pub struct Solved {
     pub phi: Vec<f64>,
-    pub solution: Solution,
+    pub outcome: Outcome,
 }
 
 impl Medium {
@@ -81,11 +81,11 @@ impl Medium {
     #[track_caller]
     pub fn solve(&self, source: &[f32], settings: &Settings) -> Solved {
         let device = device();
-        let solution = self.try_solve(&device, source, settings).unwrap();
-        let phi: Vec<f64> = solution.phi.read(&device).unwrap().into_iter().map(f64::from).collect();
+        let Solution { phi, outcome } = self.try_solve(&device, source, settings).unwrap();
+        let phi: Vec<f64> = phi.read(&device).unwrap().into_iter().map(f64::from).collect();
         assert!(phi.iter().all(|phi| phi.is_finite() && *phi >= 0.0), "{:?}", settings.method);
-        assert!(solution.converged, "{:?}: {:e}", settings.method, solution.residual);
-        Solved { phi, solution }
+        assert!(outcome.converged, "{:?}: {:e}", settings.method, outcome.residual);
+        Solved { phi, outcome }
     }
 
     /// The same in double precision.
