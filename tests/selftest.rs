@@ -61,7 +61,9 @@ const FAULTS: [(&str, Alter); 18] = [
     ("sunlight", |spec| spec.patch("path->pending[c] * through_of(f, c)", "path->pending[c]")),
     ("audit", |spec| spec.patch("Reals rate = bound * f->scale;", "Reals rate = 0.9f * bound * f->scale;")),
     // Collisions that are too rare on the way to a light; the arithmetic mean between two cells.
-    ("direct-light", |spec| spec.patch("(sigma - f->minorant) * inverse;", "0.9f * (sigma - f->minorant) * inverse;")),
+    ("direct-light", |spec| {
+        spec.patch("(sigma - f->minorant) * inverse;", "0.9f * (sigma - f->minorant) * inverse;")
+    }),
     ("diffusion", |spec| spec.patch("2.0f * a * b / (a + b)", "0.5f * (a + b)")),
     // Random numbers that count from the launch.
     ("launches", |spec| match spec.entry {

@@ -16,7 +16,7 @@
 use super::computed;
 use super::files::Folder;
 use super::measure::measure;
-use super::piece::Task;
+use super::piece::{Target, Task};
 use super::reference::Reference;
 use super::results::{Case, Interval, Metrics, SuiteInfo};
 use super::run::{Options, facts, run};
@@ -247,8 +247,7 @@ fn fitted_radiance(
             device: options.devices[0],
             seed: 1,
             data: &facts.data,
-            reference_hash: "none",
-            reference,
+            references: vec![Target { hash: "none".into(), picture: reference.clone() }],
         };
         let piece = match task.finished(folder) {
             Some(piece) => piece,

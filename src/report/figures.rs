@@ -89,13 +89,7 @@ fn error_against_time(group: &Group<'_>) -> Curves {
             curve_point(member, point, &errors, point.seconds.median, range)
         });
         let first = members[0];
-        Curve {
-            series: first.series,
-            name: name_of(first),
-            note,
-            points: points.collect(),
-            slope: None,
-        }
+        Curve { series: first.series, name: name_of(first), note, points: points.collect(), slope: None }
     };
     Curves {
         title: format!("{}: error against time", group.name),

@@ -27,7 +27,9 @@ fn picture(ladder: &Ladder) -> Curves {
     // Beyond the last arrival there is nothing to choose any more.
     let arrivals = ladder.rungs.iter().filter_map(|rung| rung.seconds_to_tolerance);
     let end = 4.0
-        * arrivals.chain(ladder.rungs.iter().map(|rung| start(rung).max(16.0 * rung.seconds_per_sample))).fold(0.0, f64::max);
+        * arrivals
+            .chain(ladder.rungs.iter().map(|rung| start(rung).max(16.0 * rung.seconds_per_sample)))
+            .fold(0.0, f64::max);
     Curves {
         title: "Model ladder: error of model and noise together".into(),
         x_title: "wall time (s)".into(),
@@ -77,8 +79,7 @@ fn curve(ladder: &Ladder, series: usize, rung: &Rung, end: f64) -> Curve {
 }
 
 fn point(rung: &Rung, seconds: f64, plain: bool, hint: String) -> CurvePoint {
-    let falling =
-        rung.noise_in_a_second.map_or(0.0, |noise| noise * noise / (seconds - rung.light_seconds));
+    let falling = rung.noise_in_a_second.map_or(0.0, |noise| noise * noise / (seconds - rung.light_seconds));
     let noise = rung.light_noise * rung.light_noise + falling;
     let total = |model: f64| 100.0 * (model * model + noise).sqrt();
     let model = rung.model_error;

@@ -50,7 +50,8 @@ impl<'a> View<'a> {
                 if several_devices { format!(" on {}", case.device.selector) } else { String::new() };
             let label = format!("{}{device}", case.name);
             let members = &groups[place].members;
-            let series = members.iter().find(|member| same_curve(member.case, case)).map(|first| first.series);
+            let series =
+                members.iter().find(|member| same_curve(member.case, case)).map(|first| first.series);
             let series = series.unwrap_or(members.len());
             groups[place].members.push(Member { index, series, case, label });
         }

@@ -44,7 +44,7 @@ pub fn direct_light(bench: &Workbench) -> Result<Vec<Measurement>> {
 fn sun(bench: &Workbench) -> Result<Vec<Measurement>> {
     let (side, layers) = (16, 24);
     let heights: Vec<f64> = noise(layers, 41).iter().map(|v| f64::from(*v as f32)).collect();
-    let text = scene("sigma_max = 0.2", "kind = \"directional\"\ndirection = [0, -1, 0]");
+    let text = scene("sigma_max = 0.2", "kind = \"directional\"\ndirection = [0, -1, 0]\nirradiance = 1");
     let values = (0..side * layers * side).map(|i| heights[i / side % layers]);
     let (fluence, above) = direct(bench, &Case::new(&text, volume([side, layers, side], values)?)?)?;
     let count = (side * side) as f64;
@@ -122,7 +122,10 @@ pub fn diffusion(bench: &Workbench) -> Result<Vec<Measurement>> {
         // source of 1: so far can a residual take the solution.
         let amplified = settings.tolerance * (cells as f64).sqrt();
         Ok(Measurement::within(
-            format!("{name}, {} iterations: largest error of a cell over the brightest", solution.outcome.iterations),
+            format!(
+                "{name}, {} iterations: largest error of a cell over the brightest",
+                solution.outcome.iterations
+            ),
             phi.iter().enumerate().map(error).fold(0.0, maximum) / brightest,
             0.0,
             amplified + 16.0 * EPS * (cells as f64).sqrt(),
