@@ -19,47 +19,47 @@
 
 // How light travels at a cell.
 struct Stream {
-    float x; // |u| / h per axis
+    float x; // u / h per axis
     float y;
     float z;
     bool held; // whether the cell has the light's own value
 };
 
 // From the light to the cell's centre, in cells, along an axis.
-#define OFFSET(axis) ((float)axis + 0.5f - light->place.axis)
+#define OFFSET(axis) ((float)axis + 0.5f - place.axis)
 
-INLINE struct Stream point_stream(__constant struct LightGrid *grid, __constant struct CarriedLight *light,
-    int x, int y, int z) {
+// place, source: the light's place and cell; edge: of cells.
+INLINE struct Stream point_stream(float4 place, int4 source, float4 edge, int x, int y, int z) {
     float to_x = OFFSET(x);
     float to_y = OFFSET(y);
     float to_z = OFFSET(z);
     struct Stream stream;
-    stream.held = to_x * to_x + to_y * to_y + to_z * to_z <= light->place.w;
-    to_x = x == light->cell.x ? 0.0f : to_x;
-    to_y = y == light->cell.y ? 0.0f : to_y;
-    to_z = z == light->cell.z ? 0.0f : to_z;
-    float away_x = to_x * grid->cell.x;
-    float away_y = to_y * grid->cell.y;
-    float away_z = to_z * grid->cell.z;
+    stream.held = to_x * to_x + to_y * to_y + to_z * to_z <= place.w;
+    to_x = x == source.x ? 0.0f : to_x;
+    to_y = y == source.y ? 0.0f : to_y;
+    to_z = z == source.z ? 0.0f : to_z;
+    float away_x = to_x * edge.x;
+    float away_y = to_y * edge.y;
+    float away_z = to_z * edge.z;
     float distance = sqrt(away_x * away_x + away_y * away_y + away_z * away_z);
     // In the light's own cell all offsets are 0.
     float scale = 1.0f / max(distance, 1e-18f);
-    stream.x = fabs(to_x) * scale;
-    stream.y = fabs(to_y) * scale;
-    stream.z = fabs(to_z) * scale;
+    stream.x = to_x * scale;
+    stream.y = to_y * scale;
+    stream.z = to_z * scale;
     return stream;
 }
 
 INLINE struct Stream stream_at(__constant struct LightGrid *grid, __constant struct CarriedLight *light,
     int x, int y, int z) {
     if (light->cell.w != 0) {
-        return point_stream(grid, light, x, y, z);
+        return point_stream(light->place, light->cell, grid->cell, x, y, z);
     }
     struct Stream stream;
     stream.held = false;
-    stream.x = fabs(light->place.x) / grid->cell.x;
-    stream.y = fabs(light->place.y) / grid->cell.y;
-    stream.z = fabs(light->place.z) / grid->cell.z;
+    stream.x = light->place.x / grid->cell.x;
+    stream.y = light->place.y / grid->cell.y;
+    stream.z = light->place.z / grid->cell.z;
     return stream;
 }
 
@@ -73,48 +73,42 @@ __kernel void convection_begin(__global REAL *shares, __constant struct LightGri
 __kernel void convection_decay(__global REAL *decay, __global const float4 *scattering,
     __global const float4 *absorption, __constant struct LightGrid *grid, float time) {
     FIND_LIGHT_CELL
-    int i = plain_at(grid, x, y, z);
+    long i = plain_at(grid, x, y, z);
     decay[i] = exp(-time * CHANNELS(scattering[i] + absorption[i]));
 }
 
-// A step's end: at the largest step, rounding could leave a little less than nothing.
-#define MOVED(here, stream, behind_x, behind_y, behind_z)                                                    \
-    max((here) + (stream).x * ((behind_x) - (here)) + (stream).y * ((behind_y) - (here))                     \
-            + (stream).z * ((behind_z) - (here)),                                                            \
-        0.0f)
-
 // A step of a directional light: moved_*: share of a cell that a step crosses, behind_*: where light comes from.
-__kernel void convection_step(__global REAL *next, __global const REAL *now, __global const REAL *decay,
-    __constant struct LightGrid *grid, float moved_x, float moved_y, float moved_z,
-    int behind_x, int behind_y, int behind_z) {
+__kernel void convection_step(__global REAL *restrict next, __global const REAL *restrict now,
+    __global const REAL *restrict decay, __constant struct LightGrid *grid,
+    float moved_x, float moved_y, float moved_z, int behind_x, int behind_y, int behind_z) {
     FIND_LIGHT_CELL
-    int i = padded_at(grid, x, y, z);
-    struct Stream stream;
-    stream.x = moved_x;
-    stream.y = moved_y;
-    stream.z = moved_z;
+    long i = padded_at(grid, x, y, z);
     REAL here = now[i];
-    next[i] = MOVED(here, stream, now[i + behind_x], now[i + behind_y], now[i + behind_z])
-        * decay[plain_at(grid, x, y, z)];
+    REAL moved = here + moved_x * (now[i + behind_x] - here) + moved_y * (now[i + behind_y] - here)
+        + moved_z * (now[i + behind_z] - here);
+    // At the largest step, rounding could leave a little less than nothing.
+    next[i] = max(moved, 0.0f) * decay[plain_at(grid, x, y, z)];
 }
 
-// A step of a point light.
-__kernel void convection_step_point(__global REAL *next, __global const REAL *now, __global const REAL *decay,
-    __constant struct LightGrid *grid, __constant struct CarriedLight *light, float time) {
+// What moves into a cell along an axis, of the neighbour that light comes from.
+#define MOVES(moved, distance)                                                                  \
+    (max(moved, 0.0f) * (now[i - (distance)] - here) + max(-(moved), 0.0f) * (now[i + (distance)] - here))
+
+// A step of a point light. Its place and cell (as in struct CarriedLight) and the edges of cells come as numbers: where
+// they are read from memory, CPUs do not join work-items.
+__kernel void convection_step_point(__global REAL *restrict next, __global const REAL *restrict now,
+    __global const REAL *restrict decay, __constant struct LightGrid *grid, float time,
+    float place_x, float place_y, float place_z, float held2, int source_x, int source_y, int source_z,
+    float edge_x, float edge_y, float edge_z) {
     FIND_LIGHT_CELL
-    int i = padded_at(grid, x, y, z);
-    int row = padded_row(grid);
-    int slice = padded_slice(grid);
-    struct Stream stream = point_stream(grid, light, x, y, z);
-    stream.x *= time;
-    stream.y *= time;
-    stream.z *= time;
+    long i = padded_at(grid, x, y, z);
+    long row = padded_row(grid);
+    long slice = padded_slice(grid);
+    struct Stream stream = point_stream((float4)(place_x, place_y, place_z, held2),
+        (int4)(source_x, source_y, source_z, 1), (float4)(edge_x, edge_y, edge_z, 0.0f), (int)x, y, z);
     REAL here = now[i];
-    // Both neighbours are read: work-items side by side then read side by side.
-    REAL behind_x = x > light->cell.x ? now[i - 1] : now[i + 1];
-    REAL behind_y = y > light->cell.y ? now[i - row] : now[i + row];
-    REAL behind_z = z > light->cell.z ? now[i - slice] : now[i + slice];
-    REAL moved = MOVED(here, stream, behind_x, behind_y, behind_z) * decay[plain_at(grid, x, y, z)];
+    REAL moved = here + MOVES(time * stream.x, 1) + MOVES(time * stream.y, row) + MOVES(time * stream.z, slice);
+    moved = max(moved, 0.0f) * decay[plain_at(grid, x, y, z)];
     next[i] = stream.held ? (REAL)(1.0f) : moved;
 }
 
@@ -132,16 +126,17 @@ __kernel void convection_settle(__global REAL *shares, __global const float4 *sc
     bool below = side == 1 || light->cell.x >= grid->dims.x;
     int x = light->cell.x + (below ? -rest : rest);
     if (!is_cell(grid, x, y, z)) return;
-    int i = padded_at(grid, x, y, z);
-    int row = padded_row(grid);
-    int slice = padded_slice(grid);
+    long i = padded_at(grid, x, y, z);
+    long row = padded_row(grid);
+    long slice = padded_slice(grid);
     struct Stream stream = stream_at(grid, light, x, y, z);
-    REAL arriving = stream.x * shares[x > light->cell.x ? i - 1 : i + 1]
-        + stream.y * shares[y > light->cell.y ? i - row : i + row]
-        + stream.z * shares[z > light->cell.z ? i - slice : i + slice];
-    int own = plain_at(grid, x, y, z);
+    REAL arriving = fabs(stream.x) * shares[stream.x > 0.0f ? i - 1 : i + 1]
+        + fabs(stream.y) * shares[stream.y > 0.0f ? i - row : i + row]
+        + fabs(stream.z) * shares[stream.z > 0.0f ? i - slice : i + slice];
+    float leaving = fabs(stream.x) + fabs(stream.y) + fabs(stream.z);
+    long own = plain_at(grid, x, y, z);
     REAL sigma = CHANNELS(counted * scattering[own] + absorption[own]);
-    shares[i] = stream.held ? (REAL)(1.0f) : arriving / (stream.x + stream.y + stream.z + sigma);
+    shares[i] = stream.held ? (REAL)(1.0f) : arriving / (leaving + sigma);
 }
 
 // From the light to a cell's centre; w: squared distance from which the cell sees a point, 1 of directional lights.
@@ -149,6 +144,7 @@ INLINE float4 way_to(__constant struct LightGrid *grid, __constant struct Carrie
     if (light->cell.w == 0) {
         return (float4)(light->place.xyz, 1.0f);
     }
+    float4 place = light->place;
     float to_x = OFFSET(x) * grid->cell.x;
     float to_y = OFFSET(y) * grid->cell.y;
     float to_z = OFFSET(z) * grid->cell.z;
@@ -165,9 +161,9 @@ INLINE float4 fluence_of(__constant struct CarriedLight *light, float4 share, fl
 __kernel void convection_add(__global float4 *fluence, __global const REAL *shares,
     __constant struct LightGrid *grid, __constant struct CarriedLight *light, uint first) {
     FIND_LIGHT_CELL
-    int i = plain_at(grid, x, y, z);
+    long i = plain_at(grid, x, y, z);
     float4 share = (float4)(shares[padded_at(grid, x, y, z)]);
-    float4 own = fluence_of(light, share, way_to(grid, light, x, y, z).w);
+    float4 own = fluence_of(light, share, way_to(grid, light, (int)x, y, z).w);
     fluence[i] = first != 0u ? own : fluence[i] + own;
 }
 
@@ -175,8 +171,8 @@ __kernel void convection_add(__global float4 *fluence, __global const REAL *shar
 __kernel void convection_add_flux(__global float4 *flux, __global const REAL *shares,
     __constant struct LightGrid *grid, __constant struct CarriedLight *light, uint first) {
     FIND_LIGHT_CELL
-    int i = plain_at(grid, x, y, z);
-    float4 way = way_to(grid, light, x, y, z);
+    long i = plain_at(grid, x, y, z);
+    float4 way = way_to(grid, light, (int)x, y, z);
     float4 fluence = fluence_of(light, (float4)(shares[padded_at(grid, x, y, z)]), way.w);
     float mean = (fluence.x + fluence.y + fluence.z) * (1.0f / 3.0f);
     float4 own = (float4)(way.xyz * (mean / sqrt(way.w)), mean);
@@ -186,7 +182,7 @@ __kernel void convection_add_flux(__global float4 *flux, __global const REAL *sh
 // Flux to mean direction, of length 1 at most whatever was rounded.
 __kernel void convection_flow(__global float4 *flux, __constant struct LightGrid *grid) {
     FIND_LIGHT_CELL
-    int i = plain_at(grid, x, y, z);
+    long i = plain_at(grid, x, y, z);
     float4 own = flux[i];
     float fluence = own.w * (1.0f + 1e-6f);
     flux[i] = fluence > 0.0f ? (float4)(own.xyz / fluence, 0.0f) : (float4)(0.0f);

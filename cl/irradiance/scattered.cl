@@ -1,10 +1,13 @@
 // Scattered light on a light volume: each channel's diffusion equation, its flux, and the way to another grid.
 #include "irradiance/between.cl"
+#include "irradiance/limiter.cl"
 
-// The equation of one channel. `forward`: g of the phase function; transport: sigma_a + (1 - g) sigma_s.
+// The equation of one channel. `forward`: g of the phase function; transport: sigma_a + (1 - g) sigma_s; `most`: largest
+// diffusivity to begin with, may be infinite.
 __kernel void irradiance_channel(__constant struct LightGrid *grid, __global const float *scattering,
     __global const float *absorption, __global const float *source, __global float *absorbed,
-    __global float *transport, __global float *diffusivity, __global float *power, float forward, uint channel) {
+    __global float *transport, __global float *diffusivity, __global float *power, float forward, float most,
+    uint channel) {
     uint index = (uint)get_global_id(0);
     if (index >= cell_count(grid)) {
         return;
@@ -13,120 +16,8 @@ __kernel void irradiance_channel(__constant struct LightGrid *grid, __global con
     float sigma = absorption[from] + (1.0f - forward) * scattering[from];
     absorbed[index] = absorption[from];
     transport[index] = sigma;
-    diffusivity[index] = 1.0f / (3.0f * sigma);
+    diffusivity[index] = min(1.0f / (3.0f * sigma), most);
     power[index] = source[from];
-}
-
-// What limits the equation.
-// xyz: 2 A of the sides across each axis, negative at mirrors; w: largest diffusivity.
-typedef float4 Limits;
-
-INLINE float axis_of(float4 v, int axis) {
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
-INLINE int axis_of_cell(int4 v, int axis) {
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
-// Flux outward through one side of a cell. `last`: nothing but the boundary is beyond.
-INLINE float outward(__global const float *phi, __global const float *diffusivity, uint here, uint there, bool last,
-    float size, float outside, float limit) {
-    float d = min(diffusivity[here], limit);
-    if (last) {
-        return outside < 0.0f ? 0.0f : phi[here] / (outside + 0.5f * size / d);
-    }
-    float other = min(diffusivity[there], limit);
-    return 2.0f * d * other / (d + other) * (phi[here] - phi[there]) / size;
-}
-
-// The vector flux of each cell, mean of those through its two sides per axis; w: the length of their root mean squares,
-// which does not vanish where light flows apart.
-__kernel void irradiance_flux(__constant struct LightGrid *grid, __constant Limits *limits,
-    __global const float *phi, __global const float *diffusivity, __global float4 *flux) {
-    uint index = (uint)get_global_id(0);
-    if (index >= cell_count(grid)) {
-        return;
-    }
-    int4 cell = cell_of(grid, index);
-    float limit = limits->w;
-    uint stride = 1u;
-    float mean[3];
-    float squares = 0.0f;
-    for (int axis = 0; axis < 3; ++axis) {
-        int at = axis_of_cell(cell, axis);
-        int count = axis_of_cell(grid->dims, axis);
-        float size = axis_of(grid->cell, axis);
-        float outside = axis_of(*limits, axis);
-        float low = outward(phi, diffusivity, index, index - stride, at == 0, size, outside, limit);
-        float high = outward(phi, diffusivity, index, index + stride, at + 1 == count, size, outside, limit);
-        mean[axis] = 0.5f * (high - low);
-        squares += 0.5f * (high * high + low * low);
-        stride *= (uint)count;
-    }
-    flux[index] = (float4)(mean[0], mean[1], mean[2], sqrt(squares));
-}
-
-#define LIMITER_SUM 1u
-#define LIMITER_MAX 2u
-#define LIMITER_KERSHAW 3u
-#define LIMITER_LEVERMORE_POMRANING 4u
-#define LIMITER_RATIONAL 5u
-
-// lambda(R) of a flux limiter, R = |grad phi| / (sigma_tr phi): 1/3 at 0, 1/R beyond.
-INLINE float limiter_at(uint limiter, float r) {
-    switch (limiter) {
-    case LIMITER_SUM:
-        return 1.0f / (3.0f + r);
-    case LIMITER_MAX:
-        return 1.0f / max(3.0f, r);
-    case LIMITER_KERSHAW:
-        return 2.0f / (3.0f + sqrt(9.0f + 4.0f * r * r));
-    case LIMITER_RATIONAL:
-        return (2.0f + r) / (6.0f + 3.0f * r + r * r);
-    default: {
-        // (coth R - 1 / R) / R; the series below 0.3 is right to 2e-7.
-        float e = exp(-2.0f * r);
-        float square = r * r;
-        return r < 0.3f ? 1.0f / 3.0f - square * (1.0f / 45.0f) + square * square * (2.0f / 945.0f)
-                        : ((1.0f + e) / (1.0f - e) - 1.0f / r) / r;
-    }
-    }
-}
-
-// Moves each cell's diffusivity towards lambda(R) / sigma_tr, where R is that of phi. The gradient inside a cell is its
-// flux over its diffusivity, so once nothing moves any more no flux is beyond phi. `faint`: fluence below which the
-// limiter lets go; `least`: the floor of sigma_tr; `relaxation`: share of the way, of the logarithm.
-__kernel void irradiance_limit(__global const float *phi, __global const float4 *flux, __global const float *transport,
-    __global float *diffusivity, __constant Limits *limits, float least, float faint, float relaxation, uint limiter,
-    uint count) {
-    uint index = (uint)get_global_id(0);
-    if (index >= count) {
-        return;
-    }
-    float sigma = max(transport[index], least);
-    float d = min(diffusivity[index], limits->w);
-    float r = min(flux[index].w / d / (sigma * (phi[index] + faint)), 1e18f);
-    float wanted = limiter_at(limiter, r) / sigma;
-    diffusivity[index] = d * exp(relaxation * log(wanted / d));
-}
-
-// Each work-item's share: the sum of phi, and the largest flux (the mean through opposite sides) over phi.
-__kernel void irradiance_measure(__global const float *phi, __global const float4 *flux, __global float *shares,
-    float faint, uint count, uint items) {
-    uint item = (uint)get_global_id(0);
-    if (item >= items) {
-        return;
-    }
-    float sum = 0.0f;
-    float largest = 0.0f;
-    for (uint i = item; i < count; i += items) {
-        float4 f = flux[i];
-        sum += phi[i];
-        largest = max(largest, sqrt(f.x * f.x + f.y * f.y + f.z * f.z) / (phi[i] + faint));
-    }
-    shares[item] = sum;
-    shares[items + item] = largest;
 }
 
 // A channel's fluence into a box with a border of one cell: there stands what makes a straight line through the cell's

@@ -2,12 +2,15 @@
 #include "irradiance/between.cl"
 #include "irradiance/points.cl"
 
-// A field of another grid over the same box, linear between the centres of its cells and constant beyond the outermost
-// ones; `place`: in its cells.
+// A field of another grid over the same box, known at the centres of its cells, at one of the points that are spread
+// evenly over them; `place`: in its cells. The mean over a cell is to be that of a smooth field, which is the value at the
+// centre and 1/24 of the second difference along each axis. Linear between the centres, that is three times as much: so
+// the points count a third as far from the centre as they are. Beyond the outermost centres the slope goes on.
 INLINE float4 light_between(__constant struct LightGrid *grid, __global const float4 *field, float4 place) {
     int4 last = max(grid->dims - 1, 0);
-    float4 position = clamp(place - 0.5f, (float4)(0.0f), convert_float4(last));
-    int4 low = convert_int4(position);
+    float4 centre = clamp(floor(place), (float4)(0.0f), convert_float4(last));
+    float4 position = centre + (place - 0.5f - centre) * (1.0f / 3.0f);
+    int4 low = clamp(convert_int4(floor(position)), (int4)(0), max(last - 1, 0));
     return between_cells(field, grid->dims, low, min(low + 1, last), position - convert_float4(low));
 }
 

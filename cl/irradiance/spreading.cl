@@ -31,7 +31,7 @@ __kernel void spreading_weigh(__global float4 *weights, __global const float4 *s
 __kernel void spreading_join(__global float4 *light, __global const float4 *direct, __global const float4 *scattered,
     __constant struct LightGrid *grid) {
     FIND_LIGHT_CELL
-    int i = plain_at(grid, x, y, z);
+    long i = plain_at(grid, x, y, z);
     float4 sum = max(direct[i] + scattered[i], 0.0f);
     sum.w = 0.0f;
     light[padded_at(grid, x, y, z)] = sum;
@@ -41,7 +41,7 @@ __kernel void spreading_join(__global float4 *light, __global const float4 *dire
 __kernel void spreading_part(__global float4 *scattered, __global const float4 *light, __global const float4 *direct,
     __constant struct LightGrid *grid) {
     FIND_LIGHT_CELL
-    int i = plain_at(grid, x, y, z);
+    long i = plain_at(grid, x, y, z);
     float4 rest = light[padded_at(grid, x, y, z)] - direct[i];
     rest.w = 0.0f;
     scattered[i] = rest;
@@ -51,12 +51,12 @@ __kernel void spreading_part(__global float4 *scattered, __global const float4 *
 #define FROM(distance) (weights[i + (distance)] * (now[i + (distance)] - here))
 
 // A step: along_*: weight of an axis. At the largest weights, rounding could leave a little less than nothing.
-__kernel void spreading_step(__global float4 *next, __global const float4 *now, __global const float4 *weights,
-    __constant struct LightGrid *grid, float along_x, float along_y, float along_z) {
+__kernel void spreading_step(__global float4 *restrict next, __global const float4 *restrict now,
+    __global const float4 *restrict weights, __constant struct LightGrid *grid, float along_x, float along_y, float along_z) {
     FIND_LIGHT_CELL
-    int i = padded_at(grid, x, y, z);
-    int row = padded_row(grid);
-    int slice = padded_slice(grid);
+    long i = padded_at(grid, x, y, z);
+    long row = padded_row(grid);
+    long slice = padded_slice(grid);
     float4 here = now[i];
     next[i] = max(here + along_x * (FROM(1) + FROM(-1)) + along_y * (FROM(row) + FROM(-row))
             + along_z * (FROM(slice) + FROM(-slice)),

@@ -178,6 +178,9 @@ pub struct SteadyConfig {
     pub tolerance: f64,
     /// How fluxes larger than fluences are avoided where the medium is thin.
     pub limiter: FluxLimiter,
+    /// Largest residual, with the diffusivity that the limiter asks for, at which its updates stop.
+    #[schemars(range(min = 1e-6, max = 1.0))]
+    pub limiter_tolerance: f64,
     /// Least optical thickness (reduced) of the box's longest edge: where the medium is thinner than that, light
     /// diffuses as if it were not.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
@@ -190,6 +193,7 @@ impl Default for SteadyConfig {
             solver: DiffusionSolver::Multigrid,
             tolerance: 1e-5,
             limiter: FluxLimiter::LevermorePomraning,
+            limiter_tolerance: 0.05,
             floor: 0.01,
         }
     }

@@ -36,6 +36,7 @@ const FILES: &[(&str, &str)] = embed![
     "irradiance/direct_rays.cl",
     "irradiance/grid.cl",
     "irradiance/light.cl",
+    "irradiance/limiter.cl",
     "irradiance/padded.cl",
     "irradiance/points.cl",
     "irradiance/scattered.cl",

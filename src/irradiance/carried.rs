@@ -136,10 +136,11 @@ pub fn largest_courant(lights: &[Light], grid: &LightGrid, local: &LocalFrame) -
 fn largest_rate(point: DVec3, grid: &LightGrid) -> f64 {
     let edges = grid.cell / grid.cell.min_element();
     let weight = edges.recip().to_array();
-    // Only |r| of an axis matters: between these bounds.
+    // Only |r| of an axis matters: between these bounds. Cells that are level with the light have r = 0 there.
     let (low, high) = (0.5 * grid.cell - point, extent(grid) - 0.5 * grid.cell - point);
     let most = low.abs().max(high.abs()).to_array();
-    let least = low.max(-high).max(DVec3::ZERO).to_array();
+    let level = point.cmpge(DVec3::ZERO) & point.cmplt(extent(grid));
+    let least = DVec3::select(level, DVec3::ZERO, low.max(-high)).to_array();
     // w·r/|r| is largest where every axis that no bound stops has r = s w, with the s at which Σ r² = s Σ w r: that
     // difference falls with s.
     let at = |s: f64| DVec3::from_array(std::array::from_fn(|a| (s * weight[a]).clamp(least[a], most[a])));

@@ -1,25 +1,18 @@
-//! The equation of one channel of colour, flux-limited by Picard's iteration.
-//!
-//! The limited diffusivity depends on the solution. Each update moves its logarithm part of the way to what the limiter
-//! wants for the fluence so far; one or two iterations of the linear solver follow from there. In near vacuum fluence
-//! and flux determine each other, and whole steps would overshoot.
+//! The equation of one channel of colour, with a limited flux if asked for.
 
 use super::Limiter;
 use super::kernels::ScatterKernels;
+use super::limiter::Measured;
 use super::scattered::{ChannelFacts, ScatterSettings};
 use crate::Result;
 use crate::device::{Buffer, Device};
 use crate::diffusion::{Coefficients, Outcome, Settings, Solver};
 use std::ops::ControlFlow;
 
-/// Share of the way that an update moves the logarithm of the diffusivity.
-const RELAXATION: f64 = 0.7;
-/// Nonlinear residual at which the updates end.
-const NONLINEAR: f64 = 1e-4;
 /// Updates after which they end anyway.
-const MOST_UPDATES: usize = 200;
+const MOST_UPDATES: usize = 100;
 /// A linear solve between two updates ends at this times the nonlinear residual.
-const PART: f64 = 0.1;
+const PART: f64 = 0.03;
 /// Of the mean fluence: below this the limiter lets go, because there rounding makes the gradient.
 const FAINT: f64 = 1e-6;
 
@@ -71,47 +64,54 @@ impl Channel<'_> {
     pub fn solve(&mut self, watch: &mut dyn FnMut(Stage) -> ControlFlow<()>) -> Result<ChannelFacts> {
         let tolerance = self.settings.tolerance;
         let limited = self.settings.limiter != Limiter::None;
-        let mut mean = self.flux_and_mean()?;
-        if limited && mean > 0.0 {
-            self.kernels.limit(self.device, self.phi, self.fields, FAINT * mean, 1.0)?;
+        self.kernels.limiter.restart();
+        let known = self.measure(0.0)?.mean;
+        if limited && known > 0.0 {
+            self.update(known)?;
         }
-        let first = if limited { tolerance.max(PART * PART) } else { tolerance };
-        let mut last = self.linear(first, 0, watch)?;
-        let (limited_cells, mut iterations) = (last.limited_cells, last.iterations);
-        mean = self.flux_and_mean()?;
+        let mut last = self.linear(if limited { tolerance.max(PART) } else { tolerance }, 0, watch)?;
+        let mut iterations = last.iterations;
+        let mut mean = self.measure(0.0)?.mean;
         // Without a source there is nothing to limit.
         let mut nonlinear = if limited && mean > 0.0 { 1.0 } else { 0.0 };
         let mut outer = 0;
-        while nonlinear > NONLINEAR && outer < MOST_UPDATES {
-            self.kernels.limit(self.device, self.phi, self.fields, FAINT * mean, RELAXATION)?;
+        while nonlinear > self.settings.nonlinear && outer < MOST_UPDATES {
+            self.update(mean)?;
             outer += 1;
-            last = self.linear(tolerance.max(PART * nonlinear), outer, watch)?;
+            last = self.linear(tolerance.max(PART * nonlinear.min(1.0)), outer, watch)?;
             iterations += last.iterations;
-            // To first order, the whole step would have left as much more as it is longer.
-            nonlinear = last.history.first().map_or(0.0, |(_, residual)| residual / RELAXATION);
-            mean = self.flux_and_mean()?;
+            nonlinear = last.history.first().map_or(0.0, |(_, residual)| *residual);
+            mean = self.measure(0.0)?.mean;
         }
         if limited && last.residual > tolerance {
             last = self.linear(tolerance, outer, watch)?;
             iterations += last.iterations;
-            mean = self.flux_and_mean()?;
+            mean = self.measure(0.0)?.mean;
         }
+        let Measured { flux, below, .. } = self.measure(FAINT * mean)?;
         Ok(ChannelFacts {
             iterations,
             residual: last.residual,
             imbalance: last.imbalance,
             outer,
             nonlinear,
-            converged: last.converged && nonlinear <= NONLINEAR,
-            limited_cells,
-            largest_flux: self.kernels.measure(self.device, self.phi, self.fields, FAINT * mean)?[1],
+            converged: last.converged && nonlinear <= self.settings.nonlinear,
+            limited_cells: below,
+            largest_flux: flux,
         })
     }
 
-    /// Finds the flux; the mean fluence.
-    fn flux_and_mean(&mut self) -> Result<f64> {
-        self.kernels.flux(self.device, self.phi, self.fields)?;
-        Ok(self.kernels.measure(self.device, self.phi, self.fields, 0.0)?[0])
+    /// Moves the diffusivity towards what the limiter wants.
+    fn update(&mut self, mean: f64) -> Result<()> {
+        let ScatterKernels { grids, limiter, .. } = &mut *self.kernels;
+        limiter.update(self.device, grids, self.phi, self.fields, FAINT * mean)
+    }
+
+    /// Finds the flux, and measures it.
+    fn measure(&mut self, faint: f64) -> Result<Measured> {
+        let ScatterKernels { grids, limiter, .. } = &mut *self.kernels;
+        limiter.flux(self.device, grids, self.phi, self.fields)?;
+        limiter.measure(self.device, self.phi, self.fields, faint)
     }
 
     /// Solves with the diffusivity as it is.

@@ -12,7 +12,7 @@ use super::{Cells, DeviceLightGrid, DirectLight, LightGrid};
 use crate::Result;
 use crate::device::{Arg, Buffer, Device, Kernel, MemoryPlan, Program, ProgramSpec};
 use crate::render::local::LocalFrame;
-use crate::scene::Light;
+use crate::scene::{Light, Phase, Scene};
 
 /// What of the medium matters to convection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +23,17 @@ pub struct Carrying {
     pub mean_cosine: f64,
     /// Whether the phase function has directions at all: then the direct light's mean direction is kept.
     pub directed: bool,
+}
+
+impl Carrying {
+    /// What a scene's medium has.
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            chromatic: scene.scattering.extinction_color.is_some(),
+            mean_cosine: scene.phase.mean_cosine(),
+            directed: scene.phase != Phase::Isotropic,
+        }
+    }
 }
 
 /// Explicit steps of every light.
@@ -275,7 +286,11 @@ impl Carried {
         let dims = base.host.dims;
         let mut arguments: Vec<Arg<'_>> = vec![next.into(), now.into(), decay.into(), (&base.grid).into()];
         if self.host.is_point() {
-            arguments.extend([(&self.light).into(), (time as f32).into()]);
+            let CarriedLight { place, cell: [x, y, z, _], .. } = self.host;
+            arguments.push((time as f32).into());
+            arguments.extend(place.map(Arg::from));
+            arguments.extend([x, y, z].map(|source| Arg::from(source as u32)));
+            arguments.extend(base.host.cell.to_array().map(|edge| Arg::from(edge as f32)));
             return kernels.step_point.enqueue(device, &arguments, dims);
         }
         let edges = base.host.cell.to_array();

@@ -2,36 +2,37 @@
 
 use super::cells::TABLES;
 use super::channel::ChannelFields;
+use super::limiter::LimiterKernels;
 use super::scattered::ScatterSettings;
-use super::{Cells, DeviceLightGrid, LightGrid, LitMedium};
+use super::{Cells, DeviceLightGrid, LightGrid, Limiter, LitMedium};
 use crate::Result;
 use crate::device::{Arg, Buffer, Device, Kernel, Program, ProgramSpec};
 use glam::DVec3;
 
-/// Work-items of a reduction, each of which gives a share.
-const SHARES: usize = 4096;
+/// The grids as kernels take them, and what bounds the equation on them.
+pub(super) struct Grids {
+    /// Of the equation.
+    pub grid: Buffer<DeviceLightGrid>,
+    /// Of the direct light.
+    pub fine: Buffer<DeviceLightGrid>,
+    /// 2A of the sides per axis, negative at mirrors; the largest diffusivity.
+    pub limits: Buffer<[f32; 4]>,
+}
 
 /// The built kernels, and the grids that they take.
 pub(super) struct ScatterKernels {
     source: Kernel,
     channel: Kernel,
-    flux: Kernel,
-    limit: Kernel,
-    measure: Kernel,
     border: Kernel,
     add_flux: Kernel,
     prolong: Kernel,
     drift: Kernel,
     coarse: LightGrid,
     direct_grid: LightGrid,
-    grid: Buffer<DeviceLightGrid>,
-    fine: Buffer<DeviceLightGrid>,
-    /// 2A of the sides per axis, negative at mirrors; the largest diffusivity.
-    limits: Buffer<[f32; 4]>,
-    shares: Buffer<f32>,
-    /// The floor of σ_tr.
-    least: f32,
-    limiter: u32,
+    pub grids: Grids,
+    pub limiter: LimiterKernels,
+    /// Largest diffusivity to begin with.
+    most: f32,
     /// Stands in for what a medium does not have.
     nothing: Buffer<[f32; 4]>,
 }
@@ -54,21 +55,21 @@ impl ScatterKernels {
         Ok(Self {
             source: source.kernel(device, "irradiance_source")?,
             channel: kernel("irradiance_channel")?,
-            flux: kernel("irradiance_flux")?,
-            limit: kernel("irradiance_limit")?,
-            measure: kernel("irradiance_measure")?,
             border: kernel("irradiance_border")?,
             add_flux: kernel("irradiance_add_flux")?,
             prolong: kernel("irradiance_prolong")?,
             drift: kernel("irradiance_drift")?,
             coarse: *coarse,
             direct_grid: *direct_grid,
-            grid: Buffer::from_slice(device, &[coarse.device()])?,
-            fine: Buffer::from_slice(device, &[direct_grid.device()])?,
-            limits: Buffer::from_slice(device, &[[x, y, z, (1.0 / (3.0 * least)) as f32]])?,
-            shares: Buffer::uninitialised(device, 2 * SHARES)?,
-            least: least as f32,
-            limiter: settings.limiter.number(),
+            grids: Grids {
+                grid: Buffer::from_slice(device, &[coarse.device()])?,
+                fine: Buffer::from_slice(device, &[direct_grid.device()])?,
+                limits: Buffer::from_slice(device, &[[x, y, z, (1.0 / (3.0 * least)) as f32]])?,
+            },
+            limiter: LimiterKernels::build(device, &program, settings.limiter, least, coarse.cells())?,
+            // Streaming light has a diffusivity of about the length over which it spreads: from there less updates are
+            // needed than from the floor's.
+            most: if settings.limiter == Limiter::None { f64::INFINITY } else { longest / 3.0 } as f32,
             nothing: Buffer::zeroed(device, 1)?,
         })
     }
@@ -93,7 +94,7 @@ impl ScatterKernels {
     ) -> Result<()> {
         let items = self.cells();
         let mut arguments = medium.arguments(TABLES);
-        arguments.extend([&self.grid, &self.fine].map(Arg::from));
+        arguments.extend([&self.grids.grid, &self.grids.fine].map(Arg::from));
         arguments.extend([direct, cells.glow.as_ref().unwrap_or(&self.nothing), source].map(Arg::from));
         arguments.push(forward.into());
         self.source.enqueue(device, &arguments, items)
@@ -110,72 +111,12 @@ impl ScatterKernels {
         channel: usize,
     ) -> Result<()> {
         let items = self.cells();
-        let mut arguments = vec![(&self.grid).into()];
+        let mut arguments = vec![(&self.grids.grid).into()];
         arguments.extend([&cells.scattering, &cells.absorption, source].map(Arg::from));
         let ChannelFields { absorption, transport, diffusivity, power, .. } = fields;
         arguments.extend([absorption, transport, diffusivity, power].map(Arg::from));
-        arguments.extend([forward.into(), (channel as u32).into()]);
+        arguments.extend([forward.into(), self.most.into(), (channel as u32).into()]);
         self.channel.enqueue(device, &arguments, items)
-    }
-
-    /// The flux of a fluence.
-    pub fn flux(&mut self, device: &Device, phi: &Buffer<f32>, fields: &ChannelFields) -> Result<()> {
-        let arguments = [
-            (&self.grid).into(),
-            (&self.limits).into(),
-            phi.into(),
-            (&fields.diffusivity).into(),
-            (&fields.flux).into(),
-        ];
-        self.flux.enqueue(device, &arguments, [self.coarse.cells(), 1, 1])
-    }
-
-    /// Moves the diffusivity towards what the limiter wants for a fluence and its flux.
-    pub fn limit(
-        &mut self,
-        device: &Device,
-        phi: &Buffer<f32>,
-        fields: &ChannelFields,
-        faint: f64,
-        relaxation: f64,
-    ) -> Result<()> {
-        let arguments = [
-            phi.into(),
-            (&fields.flux).into(),
-            (&fields.transport).into(),
-            (&fields.diffusivity).into(),
-            (&self.limits).into(),
-            self.least.into(),
-            (faint as f32).into(),
-            (relaxation as f32).into(),
-            self.limiter.into(),
-            self.count(),
-        ];
-        self.limit.enqueue(device, &arguments, [self.coarse.cells(), 1, 1])
-    }
-
-    /// Mean fluence, and the largest flux over fluence plus `faint`.
-    pub fn measure(
-        &mut self,
-        device: &Device,
-        phi: &Buffer<f32>,
-        fields: &ChannelFields,
-        faint: f64,
-    ) -> Result<[f64; 2]> {
-        let cells = self.coarse.cells();
-        let arguments = [
-            phi.into(),
-            (&fields.flux).into(),
-            (&self.shares).into(),
-            (faint as f32).into(),
-            self.count(),
-            (SHARES as u32).into(),
-        ];
-        self.measure.enqueue(device, &arguments, [SHARES, 1, 1])?;
-        let shares = self.shares.read(device)?;
-        let (sums, largest) = shares.split_at(SHARES);
-        let sum: f64 = sums.iter().map(|&share| f64::from(share)).sum();
-        Ok([sum / cells as f64, largest.iter().copied().fold(0.0, f32::max).into()])
     }
 
     /// A channel of so many into the fluence with a border; a single one into all three.
@@ -189,8 +130,8 @@ impl ScatterKernels {
     ) -> Result<()> {
         let copies = if channels == 1 { 3_u32 } else { 1 };
         let arguments = [
-            (&self.grid).into(),
-            (&self.limits).into(),
+            (&self.grids.grid).into(),
+            (&self.grids.limits).into(),
             phi.into(),
             (&fields.diffusivity).into(),
             bordered.into(),
@@ -220,13 +161,14 @@ impl ScatterKernels {
         bordered: &Buffer<[f32; 4]>,
         fluence: &Buffer<[f32; 4]>,
     ) -> Result<()> {
-        let arguments = [(&self.grid).into(), (&self.fine).into(), bordered.into(), fluence.into()];
+        let arguments =
+            [(&self.grids.grid).into(), (&self.grids.fine).into(), bordered.into(), fluence.into()];
         self.prolong.enqueue(device, &arguments, [self.direct_grid.cells(), 1, 1])
     }
 
     /// The drift from diffuse flux, diffuse fluence, direct light, the same reduced, and its flow.
     pub fn drift(&mut self, device: &Device, lights: [&Buffer<[f32; 4]>; 6]) -> Result<()> {
-        let grids = [&self.grid, &self.fine].map(Arg::from);
+        let grids = [&self.grids.grid, &self.grids.fine].map(Arg::from);
         let arguments: Vec<Arg<'_>> = grids.into_iter().chain(lights.map(Arg::from)).collect();
         self.drift.enqueue(device, &arguments, [self.direct_grid.cells(), 1, 1])
     }

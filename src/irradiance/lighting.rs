@@ -264,6 +264,7 @@ fn scatter_settings(steady: Steady) -> ScatterSettings {
     };
     ScatterSettings {
         limiter,
+        nonlinear: steady.limiter_tolerance,
         tolerance: steady.tolerance,
         floor: steady.floor,
         ..ScatterSettings::new(method)

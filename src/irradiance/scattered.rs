@@ -7,6 +7,7 @@
 
 use super::channel::{Channel, ChannelFields, Stage};
 use super::kernels::ScatterKernels;
+use super::limiter::LimiterKernels;
 use super::{Cells, DirectLight, LightGrid, Limiter, LitMedium};
 use crate::device::{Buffer, Device, MemoryPlan};
 use crate::diffusion::{Boundary, Method, Solver};
@@ -25,6 +26,10 @@ pub struct ScatterSettings {
     pub tolerance: f64,
     /// What keeps light from flowing faster than it can.
     pub limiter: Limiter,
+    /// Relative residual with an updated diffusivity at which the updates end. Measured on a cloud and on a ball in a
+    /// vacuum: at 1e-2 the fluence in the medium is within 10⁻³ of the converged one (rms), where the first is off by 0.06
+    /// and 0.2.
+    pub nonlinear: f64,
     /// Least optical thickness (reduced) of the box's longest edge.
     pub floor: f64,
     /// What the sides across each axis reflect, as [`Boundary::reflection`].
@@ -38,6 +43,7 @@ impl ScatterSettings {
             method,
             tolerance: 1e-5,
             limiter: Limiter::LevermorePomraning,
+            nonlinear: 1e-2,
             floor: 1e-2,
             reflection: Boundary::OPEN.reflection,
         }
@@ -124,7 +130,7 @@ impl ScatterSolver {
         settings: &ScatterSettings,
     ) -> Result<Self> {
         let boundary = Boundary { reflection: settings.reflection };
-        Self::memory(medium, coarse, direct_grid).check(device.info())?;
+        Self::memory(medium, coarse, direct_grid, settings.limiter).check(device.info())?;
         let method = medium.method.read(device)?;
         let Scattering { phase: [first, second, weight, _], .. } =
             method.first_chunk().map_or_else(Scattering::zeroed, |bytes: &[u8; size_of::<Scattering>()]| {
@@ -148,9 +154,15 @@ impl ScatterSolver {
     }
 
     /// What [`ScatterSolver::new`] and a solve would allocate on the device.
-    pub fn memory(medium: &LitMedium, coarse: &LightGrid, direct_grid: &LightGrid) -> MemoryPlan {
+    pub fn memory(
+        medium: &LitMedium,
+        coarse: &LightGrid,
+        direct_grid: &LightGrid,
+        limiter: Limiter,
+    ) -> MemoryPlan {
         let mut plan = Cells::memory(medium, coarse);
         plan.items.extend(Solver::memory(coarse.dims, coarse.cell).items);
+        plan.items.extend(LimiterKernels::memory(limiter, coarse.cells()).items);
         let cells = coarse.cells() as u64;
         for name in ["absorption", "transport coefficient", "diffusivity", "power"] {
             plan.add(&format!("{name} of a channel"), cells, size_of::<f32>());

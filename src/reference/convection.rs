@@ -70,6 +70,11 @@ impl Convection {
         shares
     }
 
+    /// |u_x|/h_x + |u_y|/h_y + |u_z|/h_z in a cell: 1 over the longest step that is stable there.
+    pub fn rate(&self, source: Source, i: usize) -> f64 {
+        self.inflows(source, i).into_iter().map(|flow| flow.rate).sum()
+    }
+
     /// Centre of a cell.
     pub fn centre(&self, i: usize) -> DVec3 {
         (DVec3::from_array(self.index(i).map(|k| k as f64)) + 0.5) * self.cell
@@ -141,10 +146,10 @@ impl Spreading {
         let strides = [1, nx, nx * ny];
         let next = |i: usize| {
             let mut sum = light[i];
-            for axis in 0..3 {
-                let k = i / strides[axis] % self.dims[axis];
-                let below = (k > 0).then(|| i - strides[axis]);
-                let above = (k + 1 < self.dims[axis]).then(|| i + strides[axis]);
+            for (axis, stride) in strides.into_iter().enumerate() {
+                let k = i / stride % self.dims[axis];
+                let below = (k > 0).then(|| i - stride);
+                let above = (k + 1 < self.dims[axis]).then(|| i + stride);
                 for neighbour in [below, above] {
                     // Outside it is dark.
                     let (weight, there) =

@@ -55,14 +55,17 @@ pub struct Steady {
     pub tolerance: f64,
     /// How the flux is limited.
     pub limiter: FluxLimiter,
+    /// Residual at which the limiter's updates stop.
+    pub limiter_tolerance: f64,
     /// Least optical thickness (reduced) of the box's longest edge.
     pub floor: f64,
 }
 
 impl Steady {
     fn new(config: Option<&SteadyConfig>) -> Self {
-        let SteadyConfig { solver, tolerance, limiter, floor } = config.cloned().unwrap_or_default();
-        Self { solver, tolerance, limiter, floor }
+        let SteadyConfig { solver, tolerance, limiter, limiter_tolerance, floor } =
+            config.cloned().unwrap_or_default();
+        Self { solver, tolerance, limiter, limiter_tolerance, floor }
     }
 }
 

@@ -39,8 +39,8 @@ fn folder() -> Folder {
     folder
 }
 
-fn rgb(picture: &Picture) -> Vec<&[f32]> {
-    ["R", "G", "B"].map(|name| picture.channel(name).expect("a channel")).to_vec()
+fn rgb(picture: &Picture) -> Vec<Vec<f32>> {
+    ["R", "G", "B"].map(|name| picture.channel(name).expect("a channel").to_f32().into_owned()).to_vec()
 }
 
 #[test]

@@ -1,6 +1,9 @@
 //! Light volumes whose cells are given number by number.
+//!
+//! Each test file uses a part of this.
+#![allow(dead_code)]
 
-use super::noise;
+use crate::common::noise;
 use glam::DVec3;
 use svetlo::device::{Buffer, Device};
 use svetlo::irradiance::{Cells, LightGrid};
@@ -39,11 +42,9 @@ impl Medium {
             let u = &random[9 * i..][..9];
             let sigma = |c: usize| {
                 let c = if coloured { c } else { 0 };
-                // In float32, so that channels of the same extinction have the same sum.
-                f64::from(if u[c] < 0.3 { 0.0 } else { 10_f32.powf(4.0 * u[3 + c] as f32 - 3.0) })
+                if u[c] < 0.3 { 0.0 } else { 10_f64.powf(4.0 * u[3 + c] - 3.0) }
             };
-            // Halves and quarters: their sums round to nothing else.
-            let scattering = [0, 1, 2].map(|c| sigma(c) * (1.0 + (3.0 * u[6 + c]).floor()) / 4.0);
+            let scattering = [0, 1, 2].map(|c| sigma(c) * u[6 + c]);
             [scattering, [0, 1, 2].map(|c| sigma(c) - scattering[c])]
         })
     }
