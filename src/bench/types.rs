@@ -97,9 +97,12 @@ pub struct VariantConfig {
     /// What is added to the names of cases.
     pub name: String,
     /// Overrides of the scene, after those of the case.
+    #[serde(default)]
     pub set: Vec<String>,
-    /// Group of the cases, instead of that of the case.
+    /// Group of the cases, instead of that of the case; where several axes name one, all of them together.
     pub group: Option<String>,
+    /// What errors are measured against, instead of that of the case.
+    pub reference: Option<ReferenceConfig>,
 }
 
 /// Where the error is measured: after numbers of samples, or after times. Default: 1, 4, 16 and 64 samples.
