@@ -29,6 +29,8 @@ fn the_programs_of_scenes_stand_in_the_table() {
         "kind = \"emission-absorption\"\nquadrature = \"step\"\njitter = false",
         "kind = \"emission-absorption\"\nquadrature = \"step\"",
         "kind = \"emission-absorption\"\nquadrature = \"step\"\ncompositing = \"linear\"\nradiance = 0",
+        "kind = \"hybrid-diffusion\"",
+        "kind = \"hybrid-diffusion\"\n[phase]\nkind = \"rayleigh\"",
     ];
     let transfers = [
         "",

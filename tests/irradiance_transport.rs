@@ -104,9 +104,3 @@ fn forward_scattering_is_reduced_by_similarity() {
     let phase = "[phase]\nkind = \"henyey-greenstein\"\ng = 0.5\n";
     agrees("[method]\nkind = \"hybrid-diffusion\"\n", phase, &[[16, 16, 16]]);
 }
-
-#[test]
-fn steady_convection_has_it_as_well_but_for_its_blur() {
-    let method = "[method]\nkind = \"convection-diffusion\"\nmodel = \"steady\"\n";
-    agrees(method, "", &[[16, 16, 16]]);
-}

@@ -94,7 +94,7 @@ fn cut_by(method: &Method) -> &'static str {
 }
 
 /// Two digits or more: 83 %, 0.42 %, 0.0031 %.
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     let percent = share * 100.0;
     if percent == 0.0 || percent.abs() >= 10.0 {
         return format!("{percent:.0} %");

@@ -6,6 +6,7 @@ mod devices;
 mod energy;
 mod interrupt;
 mod ladder;
+mod light;
 mod output;
 mod progress;
 mod render;

@@ -1,7 +1,7 @@
 //! What `svetlo render` says at the end: one JSON document, or two lines for people.
 
 use super::stderr::say;
-use super::{energy, print_line};
+use super::{energy, light, print_line};
 use crate::render::{Ended, Plan, Session, Snapshot, Spent, method_name};
 use crate::{Error, Result};
 use serde_json::{Value, json};
@@ -46,6 +46,10 @@ impl Summary<'_> {
             return Ok(());
         }
         say(&self.line());
+        if let Some(facts) = self.session.light_facts() {
+            say(&light::line(facts));
+            light::warnings(facts).iter().for_each(|text| say(&format!("note: {text}")));
+        }
         if let Some(paths) = &self.snapshot.paths {
             let method = &self.plan.scene.method;
             say(&energy::line(paths, method));

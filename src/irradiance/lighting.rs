@@ -3,10 +3,11 @@
 use super::{
     Carrying, Cells, ChannelFacts, Convection, Direct, DirectCost, DirectLight, LightBuffers, LightGrid,
     Limiter, LitMedium, ScatterProgress, ScatterSettings, Spreading, crossing_steps, solve, steady_light,
+    steady_memory,
 };
 use crate::Result;
-use crate::device::{Buffer, Device};
-use crate::diffusion::Method;
+use crate::device::{Buffer, Device, MemoryPlan};
+use crate::diffusion::{Method, Solver};
 use crate::render::Plan;
 use crate::render::light_volume::LightSetup;
 use crate::render::local::LocalFrame;
@@ -269,4 +270,38 @@ fn scatter_settings(steady: Steady) -> ScatterSettings {
         floor: steady.floor,
         ..ScatterSettings::new(method)
     }
+}
+
+/// What a light volume takes on the device, at most, beside what a render takes anyway.
+pub fn memory(light: &LightSetup, lights: usize) -> MemoryPlan {
+    let (direct, scattered) = (&light.direct_grid, &light.scattered_grid);
+    let (cells, fine) = (scattered.cells() as u64, direct.cells() as u64);
+    let float4 = size_of::<[f32; 4]>();
+    let carrying =
+        Carrying { chromatic: true, mean_cosine: light.phase.mean_cosine(), directed: light.is_directed() };
+    let mut plan = match (light.settings.direct, light.settings.scattered) {
+        (scene::DirectLight::Tracking { .. }, _) => Direct::memory(direct, &light.phase),
+        (_, Scattering::Steady(_)) => steady_memory(direct, carrying),
+        (_, Scattering::Steps { .. }) => Convection::memory(direct, lights, carrying),
+    };
+    for name in ["scattering", "absorption", "emission"] {
+        plan.add(&format!("{name} per cell"), cells.max(fine), float4);
+    }
+    match light.settings.scattered {
+        Scattering::Steps { .. } => plan.items.extend(Spreading::memory(direct).items),
+        Scattering::Steady(_) => {
+            plan.items.extend(Solver::memory(scattered.dims, scattered.cell).items);
+            for name in ["source", "flux", "flux of a channel", "fluence with a border"] {
+                plan.add(&format!("diffuse light, {name}"), cells, float4);
+            }
+            for name in ["equations", "fluences"] {
+                plan.add(&format!("diffuse light, {name}"), 4 * cells, size_of::<f32>());
+            }
+            plan.add("scattered light", fine, float4);
+            if light.is_directed() {
+                plan.add("direction of scattered light", fine, float4);
+            }
+        }
+    }
+    plan
 }

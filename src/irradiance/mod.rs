@@ -37,7 +37,7 @@ pub use direct::{Direct, DirectCost, DirectCounts, DirectParameters, STRATA};
 pub use direct_light::DirectLight;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use light::{Directions, LightBuffers, LightData};
-pub use lighting::{LightFacts, Lighting};
+pub use lighting::{LightFacts, Lighting, memory};
 pub use limiter::Limiter;
 pub use medium::LitMedium;
 pub use scattered::{

@@ -115,6 +115,8 @@ pub struct ScatterSolver {
     source: Buffer<[f32; 4]>,
     bordered: Buffer<[f32; 4]>,
     flux: Buffer<[f32; 4]>,
+    /// Whether every channel has a solution to go on from.
+    solved: bool,
 }
 
 impl ScatterSolver {
@@ -150,6 +152,7 @@ impl ScatterSolver {
             source: field(cells)?,
             bordered: Buffer::zeroed(device, coarse.dims.iter().map(|n| n + 2).product())?,
             flux: field(cells)?,
+            solved: false,
         })
     }
 
@@ -213,6 +216,11 @@ impl ScatterSolver {
             self.flux.write(device, 0, &vec![[0.0; 4]; self.flux.len()])?;
         }
         for channel in 0..channels {
+            if channel > 0 && !self.solved {
+                // Colours differ by less than light and dark do.
+                let nearest = self.phi[channel - 1].read(device)?;
+                self.phi[channel].write(device, 0, &nearest)?;
+            }
             self.kernels.channel(device, &self.cells, &self.source, &self.fields, self.forward, channel)?;
             let mut watch = |stage: Stage| {
                 let Stage { outer, iterations, residual } = stage;
@@ -238,6 +246,7 @@ impl ScatterSolver {
                 self.kernels.add_flux(device, &self.fields.flux, &self.flux, 1.0 / channels as f32)?;
             }
         }
+        self.solved = true;
         let fluence = Buffer::uninitialised(device, count)?;
         self.kernels.prolong(device, &self.bordered, &fluence)?;
         let drift = match &direct.flow {

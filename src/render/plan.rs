@@ -10,6 +10,7 @@ use super::method::{self, DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use super::session::TILE;
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::film::FilmPixel;
+use crate::irradiance;
 use crate::picture::Environment;
 use crate::scene::{Background, CameraKind, DirectLight, Filter, Origin, Scene};
 use crate::volume::Volume;
@@ -128,6 +129,9 @@ impl<'a> Plan<'a> {
         }
         if self.has_auxiliary() {
             plan.add("auxiliary images", pixels, size_of::<Auxiliary>());
+        }
+        if let Some(light) = &self.method.light {
+            plan.items.extend(irradiance::memory(light, self.scene.lights.len()).items);
         }
         for buffer in self.method.tables.iter().chain([&self.environment, &self.method.parameters]) {
             plan.add(buffer.name, buffer.bytes.len() as u64, 1);
