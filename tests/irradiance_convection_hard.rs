@@ -83,7 +83,7 @@ fn the_largest_courant_number_is_that_of_the_fastest_direction() {
     }
     let medium = Medium::grey([2, 2, 2], DVec3::ONE, |_| [0.0; 2]);
     let message = check_courant(0.0, &[], &medium.grid, &medium.local).unwrap_err().to_string();
-    assert!(message.contains("`courant` = 0 must be above 0"), "{message}");
+    assert!(message.contains("`method.courant` = 0 must be above 0"), "{message}");
     assert!(check_courant(f64::NAN, &[], &medium.grid, &medium.local).is_err());
 }
 

@@ -180,7 +180,7 @@ fn weights_that_are_unstable_are_refused_with_the_largest() {
     assert_eq!(error.exit_code(), 2);
     assert_eq!(
         error.to_string(),
-        "`diffusion` = 0.1667 is too large: a cell would give its neighbours more light than it has, which is unstable; \
+        "`method.spreading` = 0.1667 is too large: a cell would give its neighbours more light than it has, which is unstable; \
          with this volume's cells it must be at most 0.1666"
     );
     let plates = uniform([3, 3, 3], DVec3::new(1.0, 2.0, 1.0)).grid;

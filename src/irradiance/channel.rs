@@ -65,39 +65,41 @@ impl Channel<'_> {
         let tolerance = self.settings.tolerance;
         let limited = self.settings.limiter != Limiter::None;
         self.kernels.limiter.restart();
-        let known = self.measure(0.0)?.mean;
-        if limited && known > 0.0 {
-            self.update(known)?;
+        let mut state = self.measure(0.0)?;
+        if limited && state.mean > 0.0 {
+            self.update(state.mean)?;
         }
         let mut last = self.linear(if limited { tolerance.max(PART) } else { tolerance }, 0, watch)?;
         let mut iterations = last.iterations;
-        let mut mean = self.measure(0.0)?.mean;
+        state = self.measure(state.mean)?;
         // Without a source there is nothing to limit.
-        let mut nonlinear = if limited && mean > 0.0 { 1.0 } else { 0.0 };
+        let mut nonlinear = if limited && state.mean > 0.0 { 1.0 } else { 0.0 };
         let mut outer = 0;
-        while nonlinear > self.settings.nonlinear && outer < MOST_UPDATES {
-            self.update(mean)?;
+        // The residual does not feel light that is faint beside the source: the flux does.
+        let enough = self.settings.nonlinear;
+        let unlimited = |nonlinear, flux| nonlinear > enough || (limited && flux > 1.0 + enough);
+        while unlimited(nonlinear, state.flux) && outer < MOST_UPDATES {
+            self.update(state.mean)?;
             outer += 1;
             last = self.linear(tolerance.max(PART * nonlinear.min(1.0)), outer, watch)?;
             iterations += last.iterations;
             nonlinear = last.history.first().map_or(0.0, |(_, residual)| *residual);
-            mean = self.measure(0.0)?.mean;
+            state = self.measure(state.mean)?;
         }
         if limited && last.residual > tolerance {
             last = self.linear(tolerance, outer, watch)?;
             iterations += last.iterations;
-            mean = self.measure(0.0)?.mean;
         }
-        let Measured { flux, below, .. } = self.measure(FAINT * mean)?;
+        state = self.measure(state.mean)?;
         Ok(ChannelFacts {
             iterations,
             residual: last.residual,
             imbalance: last.imbalance,
             outer,
             nonlinear,
-            converged: last.converged && nonlinear <= self.settings.nonlinear,
-            limited_cells: below,
-            largest_flux: flux,
+            converged: last.converged && !unlimited(nonlinear, state.flux),
+            limited_cells: state.below,
+            largest_flux: state.flux,
         })
     }
 
@@ -107,11 +109,11 @@ impl Channel<'_> {
         limiter.update(self.device, grids, self.phi, self.fields, FAINT * mean)
     }
 
-    /// Finds the flux, and measures it.
-    fn measure(&mut self, faint: f64) -> Result<Measured> {
+    /// Finds the flux, and measures it; `mean`: the fluence's, roughly.
+    fn measure(&mut self, mean: f64) -> Result<Measured> {
         let ScatterKernels { grids, limiter, .. } = &mut *self.kernels;
         limiter.flux(self.device, grids, self.phi, self.fields)?;
-        limiter.measure(self.device, self.phi, self.fields, faint)
+        limiter.measure(self.device, self.phi, self.fields, FAINT * mean)
     }
 
     /// Solves with the diffusivity as it is.

@@ -272,8 +272,8 @@ mod tests {
             })
         };
         for (part, exact) in least_squares(products(3)).into_iter().zip(exact) {
-            // The regularisation is 10⁻⁶ beside eigenvalues from 0.5 on.
-            assert!((part / exact - 1.0).abs() < 4e-6, "{part} {exact}");
+            // The regularisation is 10⁻⁶ of a diagonal of up to 21 beside eigenvalues from 0.5 on.
+            assert!((part / exact - 1.0).abs() < 42e-6, "{part} {exact}");
         }
         let [first, second, third] = least_squares(products(1));
         assert!((first - dot(vectors[0], target) / dot(vectors[0], vectors[0])).abs() < 1e-5);

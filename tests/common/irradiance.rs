@@ -6,11 +6,18 @@
 use crate::common::{Case, device, volume_f32};
 use glam::DVec3;
 use std::ops::ControlFlow;
+use svetlo::Result;
 use svetlo::device::{Buffer, Device};
 use svetlo::diffusion::Method;
 use svetlo::irradiance::{
-    ChannelFacts, DirectLight, LightGrid, Limiter, LitMedium, ScatterSettings, ScatteredLight, solve,
+    ChannelFacts, DirectLight, LightGrid, Limiter, LitMedium, ScatterObserver, ScatterSettings,
+    ScatterSolver, ScatteredLight,
 };
+use svetlo::reference::diffusion::Diffusion;
+
+/// Opacity is the value.
+const RAMP: &str =
+    "[transfer]\nresolution = 2\npoints = [{ value = 0, opacity = 0 }, { value = 1, opacity = 1 }]\n";
 
 pub const MIRROR: f64 = f64::INFINITY;
 
@@ -52,7 +59,7 @@ pub fn centres(grid: LightGrid) -> impl Iterator<Item = DVec3> {
 
 impl Lit {
     /// Voxels of `spacing`, with extinction by the place of their centres (scene units, from the box's corner), at most
-    /// `sigma_max`; `more`: further tables of the scene.
+    /// `sigma_max`; `more`: the rest of `[medium]`, and further tables of the scene.
     pub fn new(
         dims: [usize; 3],
         spacing: DVec3,
@@ -66,9 +73,9 @@ impl Lit {
         let text = format!(
             "[camera]\nposition = [-100, 0, 0]\ntarget = [0, 0, 0]\n[method]\nkind = \"single-scattering\"\n\
              [volume]\nspacing = {:?}\norigin = [0, 0, 0]\nwindow = {{ lo = 0, hi = 1 }}\n\
-             [transfer]\nresolution = 2\npoints = [{{ value = 0, opacity = 0 }}, {{ value = 1, opacity = 1 }}]\n\
-             [medium]\nsigma_max = {sigma_max:?}\n{more}\n",
-            spacing.to_array()
+             {}[medium]\nsigma_max = {sigma_max:?}\n{more}\n",
+            spacing.to_array(),
+            if more.contains("[transfer]") { "" } else { RAMP }
         );
         Self {
             case: Case::new(&text, volume_f32(dims, values)),
@@ -100,50 +107,127 @@ impl Lit {
         self.case.plan().local.unit
     }
 
+    /// The grid of the solution.
+    pub fn coarse(&self) -> LightGrid {
+        LightGrid::new(&self.case.plan().local, self.coarsening[0])
+    }
+
+    /// Direct light by place in scene units.
+    pub fn direct(&self, fluence: impl FnMut(DVec3) -> [f64; 3]) -> DirectLight {
+        DirectLight { fluence: self.upload(fluence), reduced: None, flow: None }
+    }
+
+    /// A field on the direct light's grid by place in scene units.
+    pub fn upload(&self, mut value: impl FnMut(DVec3) -> [f64; 3]) -> Buffer<[f32; 4]> {
+        let unit = self.unit();
+        let rgb = |p: DVec3| {
+            let [r, g, b] = value(p * unit).map(|v| v as f32);
+            [r, g, b, 0.0]
+        };
+        let values: Vec<[f32; 4]> = centres(self.grid()).map(rgb).collect();
+        Buffer::from_slice(&self.device, &values).unwrap()
+    }
+
+    /// A solver of the medium.
+    pub fn solver(&self) -> Result<(LitMedium, ScatterSolver)> {
+        let plan = self.case.plan();
+        let medium = LitMedium::new(&self.device, &plan, &plan.method)?;
+        let solver = ScatterSolver::new(&self.device, &medium, &self.coarse(), &self.grid(), &self.settings)?;
+        Ok((medium, solver))
+    }
+
+    /// Solves with an observer.
+    pub fn try_solve(
+        &self,
+        direct: &DirectLight,
+        observer: &mut ScatterObserver<'_>,
+    ) -> Result<ScatteredLight> {
+        let (medium, mut solver) = self.solver()?;
+        solver.solve(&self.device, &medium, direct, observer)
+    }
+
     /// Solves for direct light by place in scene units.
     #[track_caller]
     pub fn solve(&self, fluence: impl FnMut(DVec3) -> [f64; 3]) -> Found {
-        self.solve_with(fluence, None, None)
+        self.solve_for(&self.direct(fluence))
     }
 
-    /// The same, with what is reduced and with a flow.
+    /// Solves to convergence.
     #[track_caller]
-    pub fn solve_with(
-        &self,
-        fluence: impl FnMut(DVec3) -> [f64; 3],
-        reduced: Option<&dyn Fn(DVec3) -> [f64; 3]>,
-        flow: Option<&dyn Fn(DVec3) -> DVec3>,
-    ) -> Found {
-        let plan = self.case.plan();
-        let (device, unit, grid) = (&self.device, plan.local.unit, self.grid());
-        let upload = |values: Vec<[f32; 4]>| Buffer::from_slice(device, &values).unwrap();
-        let rgb = |values: [f64; 3]| {
-            let [r, g, b] = values.map(|v| v as f32);
-            [r, g, b, 0.0]
-        };
-        let places = || centres(grid).map(|p| p * unit);
-        let direct = DirectLight {
-            fluence: upload(places().map(fluence).map(rgb).collect()),
-            reduced: reduced.map(|reduced| upload(places().map(reduced).map(rgb).collect())),
-            flow: flow.map(|flow| upload(places().map(|p| rgb(flow(p).to_array())).collect())),
-        };
-        let medium = LitMedium::new(device, &plan, &plan.method).unwrap();
-        let coarse = LightGrid::new(&plan.local, self.coarsening[0]);
-        let mut patient = |_: &_| ControlFlow::Continue(());
-        let found = solve(device, &medium, &coarse, &grid, &direct, &self.settings, &mut patient);
-        self.read(grid, &found.unwrap())
+    pub fn solve_for(&self, direct: &DirectLight) -> Found {
+        let found = self.try_solve(direct, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert!(found.channels.iter().all(|facts| facts.converged), "{:?}", found.channels);
+        self.read(&found)
     }
 
+    /// On the host: no number is below 0, and no drift beyond 1.
     #[track_caller]
-    pub fn read(&self, grid: LightGrid, light: &ScatteredLight) -> Found {
+    pub fn read(&self, light: &ScatteredLight) -> Found {
         let rgb = |v: [f32; 4]| [v[0], v[1], v[2]].map(f64::from);
         let read = |buffer: &Buffer<[f32; 4]>| buffer.read(&self.device).unwrap().into_iter().map(rgb);
         let fluence: Vec<[f64; 3]> = read(&light.fluence).collect();
         assert!(fluence.iter().flatten().all(|phi| phi.is_finite() && *phi >= 0.0));
         let drift: Option<Vec<DVec3>> =
             light.drift.as_ref().map(|drift| read(drift).map(DVec3::from_array).collect());
+        // The length's own rounding.
         assert!(drift.iter().flatten().all(|d| d.is_finite() && d.length() <= 1.0 + 1e-6));
-
-        Found { grid, fluence, drift, channels: light.channels.clone() }
+        Found { grid: self.grid(), fluence, drift, channels: light.channels.clone() }
     }
+
+    /// The equation of a channel in double precision without a limiter, and its source, from the same points of each
+    /// cell: two per voxel and axis. `fluence`: (reduced) direct light by place in scene units.
+    pub fn twin(
+        &self,
+        albedo: f64,
+        forward: f64,
+        sigma_max: f64,
+        fluence: impl Fn(DVec3) -> f64,
+    ) -> (Diffusion, Vec<f64>) {
+        let (plan, field, coarse, grid) = (self.case.plan(), self.case.field(), self.coarse(), self.grid());
+        let unit = plan.local.unit;
+        let values: Vec<f64> = centres(grid).map(|p| fluence(p * unit)).collect();
+        let points: [usize; 3] =
+            std::array::from_fn(|axis| 2 * plan.local.dims[axis].div_ceil(coarse.dims[axis]));
+        let count = points.iter().product::<usize>();
+        let place = |k: usize| {
+            let k = [k % points[0], k / points[0] % points[1], k / points[0] / points[1]];
+            DVec3::from_array(std::array::from_fn(|axis| (k[axis] as f64 + 0.5) / points[axis] as f64))
+        };
+        let (mut absorption, mut diffusivity, mut source) = (Vec::new(), Vec::new(), Vec::new());
+        for centre in centres(coarse) {
+            let (mut extinction, mut power) = (0.0, 0.0);
+            for k in 0..count {
+                let point = centre + (place(k) - 0.5) * coarse.cell;
+                let sigma = field.value(point * unit) * sigma_max * unit / count as f64;
+                extinction += sigma;
+                power += sigma * between(grid, &values, point);
+            }
+            let transport = (1.0 - albedo * forward) * extinction;
+            absorption.push((1.0 - albedo) * extinction);
+            diffusivity.push(1.0 / (3.0 * transport));
+            source.push(albedo * (1.0 - forward) * power);
+        }
+        let reflection = self.settings.reflection;
+        let spacing = coarse.cell.to_array();
+        (Diffusion { dims: coarse.dims, spacing, reflection, absorption, diffusivity }, source)
+    }
+}
+
+/// Direct light at a point of a cell: a third as far from the centre as it is, linear between centres, and the slope goes
+/// on beyond the outermost ones.
+fn between(grid: LightGrid, values: &[f64], point: DVec3) -> f64 {
+    let axis = |a: usize| {
+        let (place, last) = ((point / grid.cell)[a], grid.dims[a] - 1);
+        let centre = (place.floor() as usize).min(last);
+        let position = centre as f64 + (place - 0.5 - centre as f64) / 3.0;
+        let low = (position.floor().max(0.0) as usize).min(last.max(1) - 1);
+        ([low, (low + 1).min(last)], position - low as f64)
+    };
+    let [x, y, z] = [0, 1, 2].map(axis);
+    let corner = |k: usize| {
+        let pick = |(ends, f): ([usize; 2], f64), bit: usize| (ends[bit], if bit == 1 { f } else { 1.0 - f });
+        let ((i, u), (j, v), (k, w)) = (pick(x, k & 1), pick(y, k >> 1 & 1), pick(z, k >> 2));
+        u * v * w * values[i + grid.dims[0] * (j + grid.dims[1] * k)]
+    };
+    (0..8).map(corner).sum()
 }
