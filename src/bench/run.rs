@@ -9,7 +9,7 @@ use super::piece::{Piece, Target, Task};
 use super::published::published;
 use super::reference::Reference;
 use super::results::{Case, DeviceDescription, FORMAT, Images, Results, Summary};
-use super::suite::{CaseSpec, Suite};
+use super::suite::{CaseSpec, ReferenceSpec, Suite};
 use super::summary::{Measured, summarise};
 use super::trust::Trust;
 use super::watch::Watch;
@@ -56,8 +56,13 @@ pub fn run(suite: &Suite, options: &Options<'_>, folder: &Folder, watch: &Watch<
     let (started, begin) = (now(), Instant::now());
     let facts = suite.cases.iter().map(|case| facts(case, devices)).collect::<Result<Vec<_>>>()?;
     let mut references = Vec::new();
-    for case in &suite.cases {
-        match or_none(Reference::obtain(case, devices[0], folder, watch), watch)? {
+    for (index, case) in suite.cases.iter().enumerate() {
+        let earlier = suite.cases[..index].iter().position(|earlier| same_reference(earlier, case));
+        let reference = match earlier {
+            Some(earlier) => Ok(Reference::clone(&references[earlier])),
+            None => Reference::obtain(case, devices[0], folder, watch),
+        };
+        match or_none(reference, watch)? {
             Some(reference) => references.push(reference),
             None => break,
         }
@@ -78,6 +83,16 @@ pub fn run(suite: &Suite, options: &Options<'_>, folder: &Folder, watch: &Watch<
     results.findings = findings::of(&results, suite);
     folder.write_results(&results)?;
     Ok(results)
+}
+
+/// Whether two cases are measured against one and the same rendered reference: where the time ends it, going on would
+/// make another.
+fn same_reference(a: &CaseSpec, b: &CaseSpec) -> bool {
+    let (ReferenceSpec::Computed(a), ReferenceSpec::Computed(b)) = (&a.reference, &b.reference) else {
+        return false;
+    };
+    a.scenes[0].seedless_hash == b.scenes[0].seedless_hash
+        && (a.error, a.time, &a.overrides) == (b.error, b.time, &b.overrides)
 }
 
 /// An interrupt is no error here, and neither is what a device fails at because of it.

@@ -135,7 +135,11 @@ impl<'c> Reader<'c> {
         let (path, vary) = Self::of_case(index, "vary", case.vary.as_ref(), &self.suite.vary);
         for (axis, variants) in vary.iter().enumerate() {
             if variants.is_empty() {
-                self.wrong(&format!("{path}.{axis}"), "an axis without variants".into(), "needs at least one");
+                self.wrong(
+                    &format!("{path}.{axis}"),
+                    "an axis without variants".into(),
+                    "needs at least one",
+                );
             }
             for (number, reference) in
                 variants.iter().enumerate().filter_map(|(n, v)| Some((n, v.reference.as_ref()?)))
@@ -159,7 +163,8 @@ impl<'c> Reader<'c> {
                 .find_map(|variant| variant.reference.as_ref())
                 .unwrap_or(own_reference),
             name: combination.iter().fold(case.name.clone(), |name, variant| name + ", " + &variant.name),
-            group: match combination.iter().filter_map(|variant| variant.group.as_deref()).collect::<Vec<_>>() {
+            group: match combination.iter().filter_map(|variant| variant.group.as_deref()).collect::<Vec<_>>()
+            {
                 none if none.is_empty() => group.clone(),
                 names => names.join(", "),
             },
