@@ -140,7 +140,8 @@ pub fn climb(
         match case {
             Ok(case) => cases.push(case),
             // The scene itself is right: it was rendered by the last rung.
-            Err(Error::Input(why)) if method != LAST => {
+            Err(Error::Input(text)) if method != LAST => {
+                let why = text.strip_prefix(&format!("case \"{method}\": ")).unwrap_or(&text).into();
                 left_out.push(LeftOut { method: method.into(), why });
             }
             Err(error) => return Err(error),
