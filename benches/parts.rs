@@ -10,9 +10,10 @@ mod timing;
 use bytemuck::Zeroable;
 use glam::DVec3;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use svetlo::device::{Arg, Buffer, Catalog, Device, DeviceInfo, Program, ProgramSpec};
 use svetlo::film::{FilmPixel, FilmSummary};
+use svetlo::irradiance::{Direct, LightGrid, LitMedium};
 use svetlo::picture::Environment;
 use svetlo::render::grid::{Grid, StoredWindow};
 use svetlo::render::lights::Lights;
@@ -45,7 +46,8 @@ fn main() -> svetlo::Result<()> {
     bench.look_ups()?;
     bench.film()?;
     bench.environment()?;
-    bench.tracking(info)
+    bench.tracking(info)?;
+    bench.direct_light()
 }
 
 struct Bench {
@@ -226,6 +228,42 @@ impl Bench {
         }
         Ok(())
     }
+
+    /// Direct light of a sun in the cells of a cloud: a ray from each towards it.
+    fn direct_light(&self) -> svetlo::Result<()> {
+        let name = "light volume: direct light, 128³";
+        if !self.wanted.has(name) {
+            return Ok(());
+        }
+        let overrides = [
+            "light=[{kind=\"directional\",direction=[1,-2,1],irradiance=1}]".into(),
+            "background.color=0".into(),
+            "method={kind=\"single-scattering\"}".into(),
+        ];
+        let scene = cloud(&overrides)?;
+        let volume = load_volume(&scene.volume)?;
+        let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
+        let medium = LitMedium::new(&self.device, &plan, &plan.method)?;
+        let grid = LightGrid::new(&plan.local, 1);
+        let mut direct = Direct::new(&self.device, &medium, &grid, &scene.phase)?;
+        let mut passes = 0;
+        let times = Times::of(RUNS, || {
+            passes += 1;
+            let begin = Instant::now();
+            while !direct.is_done(passes) {
+                direct.step(&self.device, &medium, passes)?;
+            }
+            self.device.finish()?;
+            Ok::<Duration, svetlo::Error>(begin.elapsed())
+        })?;
+        let lookups = direct.cost(&self.device)?.lookups / u64::from(passes);
+        row(name, &times, lookups, "look-ups", 8 * plan.grid.device_voxels().1);
+        Ok(())
+    }
+}
+
+fn cloud(overrides: &[String]) -> svetlo::Result<Scene> {
+    Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/scenes/cloud.toml"), overrides)
 }
 
 /// What a sample of the cloud took.
@@ -244,8 +282,7 @@ fn track(info: &DeviceInfo, estimator: &str) -> svetlo::Result<Tracked> {
         "transfer={resolution=2}".into(),
         format!("method={{kind=\"multiple-scattering\",transmittance=\"{estimator}\",paths=4}}"),
     ];
-    let scene =
-        Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/scenes/cloud.toml"), &overrides)?;
+    let scene = cloud(&overrides)?;
     let volume = load_volume(&scene.volume)?;
     let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
     let mut session = Session::new(Device::open(info)?, &plan)?;

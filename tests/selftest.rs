@@ -35,7 +35,7 @@ fn only(name: &str) -> [&'static Check; 1] {
 type Alter = fn(ProgramSpec) -> ProgramSpec;
 
 /// Kernels that go wrong as devices do: the check that finds it, and what stands in the kernels instead of what.
-const FAULTS: [(&str, Alter); 16] = [
+const FAULTS: [(&str, Alter); 18] = [
     // One round too few; an odd constant; the wrong logarithm.
     ("random", |spec| match spec.entry {
         "common/exponential.cl" => spec,
@@ -60,6 +60,11 @@ const FAULTS: [(&str, Alter); 16] = [
     ("tracking", |spec| spec.patch("uniform_lanes(random[1])", "uniform_lanes(random[0])")),
     ("sunlight", |spec| spec.patch("path->pending[c] * through_of(f, c)", "path->pending[c]")),
     ("audit", |spec| spec.patch("Reals rate = bound * f->scale;", "Reals rate = 0.9f * bound * f->scale;")),
+    // Collisions that are too rare on the way to a light; the arithmetic mean between two cells.
+    ("direct-light", |spec| {
+        spec.patch("(sigma - f->minorant) * inverse;", "0.9f * (sigma - f->minorant) * inverse;")
+    }),
+    ("diffusion", |spec| spec.patch("2.0f * a * b / (a + b)", "0.5f * (a + b)")),
     // Random numbers that count from the launch.
     ("launches", |spec| match spec.entry {
         "render/scattering.cl" => spec,

@@ -31,6 +31,9 @@ const GROWTH: f64 = 4.0;
 /// Aims a little below the error that is asked for, so that the last round is not a series of small ones.
 const MARGIN: f64 = 0.95;
 
+/// An error that is above this share of what it was at half the samples no longer falls: noise would be at 0.71 of it.
+const FALL: f64 = 0.9;
+
 /// A reference that was rendered.
 pub struct Rendered {
     /// Mean of the streams, with the variance between them.
@@ -60,19 +63,20 @@ pub fn render(
     let volume = load_volume(&spec.scenes[0].volume)?;
     let plan = Plan::new(&spec.scenes[0], &volume, BRICK_SHIFT)?;
     let data = data_hash(&plan, &volume)?;
-    let deterministic = plan.is_deterministic();
+    let (random, lit) = (plan.depends_on_seed(), plan.method.light.is_some());
     drop(plan);
     let version = env!("CARGO_PKG_VERSION");
     let key = short_hash(
         format!("{} {data} {} {version}", spec.scenes[0].seedless_hash, sources_hash()).as_bytes(),
     );
-    let streams = if deterministic { 1 } else { STREAMS as usize };
+    let streams = if random { STREAMS as usize } else { 1 };
     let streams =
         spec.scenes.iter().take(streams).enumerate().map(|(index, scene)| Stream {
             scene,
             path: folder.path(&format!("references/{key}-{index}.exr")),
         });
-    let mut job = Job { spec, case, device, volume: &volume, data: &data, watch, streams: streams.collect() };
+    let streams = streams.collect();
+    let mut job = Job { spec, case, device, volume: &volume, data: &data, watch, lit, streams };
     let (pictures, samples, seconds) = job.run()?;
     let hash = short_hash(format!("{key} {samples}").as_bytes());
     let name = format!("references/{key}.exr");
@@ -98,6 +102,21 @@ pub fn scenes(path: &Path, sets: &[String], first_seed: u64) -> Result<Vec<Scene
     (0..STREAMS).map(with_seed).collect()
 }
 
+/// Samples and errors of the rounds so far.
+#[derive(Default)]
+struct Rounds(Vec<(u64, f64)>);
+
+impl Rounds {
+    /// Whether more samples are in vain: the noise of a light volume, which comes before the first sample, stays.
+    fn is_floor(&mut self, samples: u64, error: f64) -> bool {
+        let repeated = self.0.last().is_some_and(|&(before, _)| samples <= before);
+        let in_vain = |&(before, known): &(u64, f64)| 2 * before <= samples && error > FALL * known;
+        let floor = repeated || self.0.iter().any(in_vain);
+        self.0.push((samples, error));
+        floor
+    }
+}
+
 struct Stream<'a> {
     scene: &'a Scene,
     path: PathBuf,
@@ -110,6 +129,8 @@ struct Job<'a> {
     volume: &'a Volume,
     data: &'a str,
     watch: &'a Watch<'a>,
+    /// Whether there is a light volume.
+    lit: bool,
     streams: Vec<Stream<'a>>,
 }
 
@@ -117,6 +138,7 @@ impl Job<'_> {
     /// The streams' pictures, all with the same number of samples; samples and seconds of all.
     fn run(&mut self) -> Result<(Vec<Picture>, u64, f64)> {
         let mut target = self.samples_there().max(FIRST);
+        let mut rounds = Rounds::default();
         loop {
             let mut pictures = Vec::new();
             let (mut samples, mut seconds) = (0, 0.0);
@@ -128,7 +150,8 @@ impl Job<'_> {
             }
             let pooled = pool_equal(&pictures);
             let error = pooled.as_ref().map(relative_error).transpose()?.flatten();
-            let over = self.spec.time.is_some_and(|time| seconds >= time.as_secs_f64());
+            let over = self.spec.time.is_some_and(|time| seconds >= time.as_secs_f64())
+                || self.lit && error.is_some_and(|error| rounds.is_floor(samples, error));
             let Some(error) = error.filter(|&error| error > self.spec.error && !over) else {
                 return Ok((pictures, samples, seconds));
             };
@@ -227,5 +250,24 @@ impl Observer for Keeper<'_> {
 
     fn interrupted(&self) -> bool {
         self.job.watch.interrupted()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Rounds;
+
+    #[test]
+    fn what_no_longer_falls_is_a_floor() {
+        let floor_at = |errors: &[(u64, f64)]| {
+            let mut rounds = Rounds::default();
+            errors.iter().position(|&(samples, error)| rounds.is_floor(samples, error))
+        };
+        assert_eq!(floor_at(&[(8, 0.1), (32, 0.05), (64, 0.036), (80, 0.032), (90, 0.03)]), None);
+        assert_eq!(floor_at(&[(8, 0.1), (32, 0.05), (128, 0.047)]), Some(2));
+        // In small steps, too.
+        assert_eq!(floor_at(&[(8, 0.1), (12, 0.099), (15, 0.098), (18, 0.098)]), Some(3));
+        // Where nothing is random but the light, there are no more samples to be had.
+        assert_eq!(floor_at(&[(4, 0.1), (4, 0.1)]), Some(1));
     }
 }

@@ -3,13 +3,13 @@
 use super::files::{Folder, read_json, write_json};
 use super::measure::measure;
 use super::pool::without_state;
-use super::results::{Checkpoint, Repeat};
+use super::results::{Checkpoint, LightRun, Repeat};
 use super::suite::{CaseSpec, Checkpoints, short_hash};
 use super::watch::Watch;
 use crate::device::{Device, DeviceInfo, sources_hash};
 use crate::metrics::squared_error_blocks;
 use crate::picture::{Picture, read_exr, write_exr};
-use crate::render::{BRICK_SHIFT, Plan, Session, Snapshot, data_hash, load_volume};
+use crate::render::{BRICK_SHIFT, Plan, Progress, Session, Snapshot, data_hash, load_volume};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -41,16 +41,28 @@ pub struct Task<'a> {
     pub seed: u64,
     /// Hash of the data that the case's scene reads.
     pub data: &'a str,
-    /// Hash of the reference.
-    pub reference_hash: &'a str,
-    /// The reference.
-    pub reference: &'a Picture,
+    /// The case's reference, then those of other cases with the same pictures: they are measured in passing, and kept
+    /// as pieces of their own.
+    pub references: Vec<Target>,
+}
+
+/// A reference to measure against.
+pub struct Target {
+    /// Its hash.
+    pub hash: String,
+    /// The picture.
+    pub picture: Picture,
 }
 
 impl Task<'_> {
     /// Identifies the piece: whatever changes its numbers, or the device they are of, changes it.
     pub fn key(&self) -> String {
-        let Self { case, device, seed, data, reference_hash, .. } = self;
+        self.key_of(&self.references[0])
+    }
+
+    fn key_of(&self, reference: &Target) -> String {
+        let Self { case, device, seed, data, .. } = self;
+        let reference_hash = &reference.hash;
         let DeviceInfo { selector, platform, name, driver, version, .. } = device;
         let parts = format!(
             "{FORMAT} {} {} {}\n{data} {reference_hash} {seed} {} {:?}\n{selector} {platform} {name} {driver} {version}",
@@ -75,7 +87,6 @@ impl Task<'_> {
     /// # Errors
     /// [`Error::Failed`] when the device or the disk fails, [`Error::Interrupted`].
     pub fn run(&self, folder: &Folder, watch: &Watch<'_>) -> Result<Piece> {
-        let key = self.key();
         let begin = Instant::now();
         let mut sets = self.case.overrides.clone();
         sets.push(format!("seed={}", self.seed));
@@ -85,7 +96,7 @@ impl Task<'_> {
         let data = data_hash(&plan, &volume)?;
         let mut session = Session::new(Device::open(self.device)?, &plan)?;
         let prepare = begin.elapsed().saturating_sub(session.build_time);
-        let warmup = warm_up(&mut session, self.case.warmup, watch)?;
+        let warmup = warm_up(&mut session, &plan, self.case.warmup, watch)?;
         let mut run = Run {
             task: self,
             session: &mut session,
@@ -93,26 +104,33 @@ impl Task<'_> {
             data: &data,
             bytes: VOXELS_PER_LOOKUP * plan.grid.device_voxels().1 as u64,
             clock: Duration::ZERO,
-            blocks: Vec::new(),
+            measured: self.references.iter().map(|_| (Vec::new(), Vec::new())).collect(),
             last: None,
             watch,
         };
-        let checkpoints = run.checkpoints()?;
-        let (blocks, last) = (run.blocks, run.last);
-        if let Some(picture) = last {
-            write_exr(&folder.path(&picture_name(&key)), &without_state(picture))?;
-        }
-        let repeat = Repeat {
+        run.checkpoints()?;
+        let (measured, last) = (run.measured, run.last.map(without_state));
+        let light = session.light_facts().map(LightRun::of);
+        let repeat = |checkpoints| Repeat {
             seed: self.seed,
             build_seconds: session.build_time.as_secs_f64(),
             build_cached: session.build_cached,
             prepare_seconds: prepare.as_secs_f64(),
             warmup_seconds: warmup.as_secs_f64(),
+            light,
             checkpoints,
         };
-        let piece = Piece { key: key.clone(), repeat, blocks };
-        write_json(&folder.path(&format!("runs/{key}.json")), &piece)?;
-        Ok(piece)
+        let mut pieces = Vec::new();
+        for (reference, (checkpoints, blocks)) in self.references.iter().zip(measured) {
+            let key = self.key_of(reference);
+            if let Some(picture) = &last {
+                write_exr(&folder.path(&picture_name(&key)), picture)?;
+            }
+            let piece = Piece { key, repeat: repeat(checkpoints), blocks };
+            write_json(&folder.path(&format!("runs/{}.json", piece.key)), &piece)?;
+            pieces.push(piece);
+        }
+        Ok(pieces.swap_remove(0))
     }
 }
 
@@ -121,15 +139,20 @@ pub fn picture_name(key: &str) -> String {
     format!("runs/{key}.exr")
 }
 
-/// Launches that do not count: the first ones compile, and find the launches' sizes.
-fn warm_up(session: &mut Session, samples: u32, watch: &Watch<'_>) -> Result<Duration> {
+/// Launches that do not count: the first ones compile, and find the launches' sizes. A light volume is computed for them,
+/// and again when the clock runs.
+fn warm_up(session: &mut Session, plan: &Plan<'_>, samples: u32, watch: &Watch<'_>) -> Result<Duration> {
+    if samples == 0 {
+        return Ok(Duration::ZERO);
+    }
     let begin = Instant::now();
     while session.progress().samples < samples {
         session.step(samples)?;
         stop_if_asked(watch)?;
     }
-    session.reset()?;
-    Ok(begin.elapsed())
+    let elapsed = begin.elapsed();
+    session.restart(plan)?;
+    Ok(elapsed)
 }
 
 fn stop_if_asked(watch: &Watch<'_>) -> Result<()> {
@@ -145,13 +168,14 @@ struct Run<'a> {
     bytes: u64,
     /// Time of all steps.
     clock: Duration,
-    blocks: Vec<Vec<f64>>,
+    /// Checkpoints and squared errors by checkpoint, for each reference.
+    measured: Vec<(Vec<Checkpoint>, Vec<Vec<f64>>)>,
     last: Option<Picture>,
     watch: &'a Watch<'a>,
 }
 
 impl Run<'_> {
-    fn checkpoints(&mut self) -> Result<Vec<Checkpoint>> {
+    fn checkpoints(&mut self) -> Result<()> {
         // Of the warm-up; a reset keeps the count.
         let launches = self.session.progress().launches;
         let targets = match &self.task.case.checkpoints {
@@ -159,20 +183,14 @@ impl Run<'_> {
             given => given.clone(),
         };
         match targets {
-            Checkpoints::Samples(samples) => samples
-                .into_iter()
-                .map(|samples| {
-                    self.advance(samples, |_, progress| progress >= samples)?;
-                    self.checkpoint(launches)
-                })
-                .collect(),
-            Checkpoints::Times(times) => times
-                .into_iter()
-                .map(|time| {
-                    self.advance(u32::MAX, |clock, samples| samples > 0 && clock >= time)?;
-                    self.checkpoint(launches)
-                })
-                .collect(),
+            Checkpoints::Samples(samples) => samples.into_iter().try_for_each(|samples| {
+                self.advance(samples, |_, progress| progress >= samples)?;
+                self.checkpoint(launches)
+            }),
+            Checkpoints::Times(times) => times.into_iter().try_for_each(|time| {
+                self.advance(u32::MAX, |clock, samples| samples > 0 && clock >= time)?;
+                self.checkpoint(launches)
+            }),
         }
     }
 
@@ -189,18 +207,20 @@ impl Run<'_> {
             stop_if_asked(self.watch)?;
             self.watch.now_and_then(|| {
                 let (name, seconds) = (&self.task.case.name, self.clock.as_secs_f64());
-                format!("{name}: {} samples in {seconds:.1} s", self.session.progress().samples)
+                let Progress { samples, light, .. } = self.session.progress();
+                if light < 1.0 {
+                    return format!("{name}: {:.0} % of the light in {seconds:.1} s", 100.0 * light);
+                }
+                format!("{name}: {samples} samples in {seconds:.1} s")
             });
         }
     }
 
-    fn checkpoint(&mut self, launches_before: u64) -> Result<Checkpoint> {
+    fn checkpoint(&mut self, launches_before: u64) -> Result<()> {
         let snapshot = Snapshot::take(self.session, self.plan, self.data, self.clock)?;
         let progress = self.session.progress();
-        let metrics = measure(&snapshot.picture, self.task.reference)?;
-        self.blocks.push(squared_error_blocks(&snapshot.picture, self.task.reference)?);
-        self.last = Some(snapshot.picture);
-        Ok(Checkpoint {
+        let light = self.session.light_facts().and_then(|facts| facts.cost);
+        let state = |metrics| Checkpoint {
             samples: progress.samples.into(),
             seconds: self.clock.as_secs_f64(),
             device_seconds: progress.device_time.as_secs_f64(),
@@ -208,8 +228,17 @@ impl Run<'_> {
             lookups: snapshot.summary.lookups,
             bytes: snapshot.summary.lookups * self.bytes,
             rejected: snapshot.summary.rejected,
-            faults: snapshot.paths.map_or(0, |paths| paths.above_majorant + paths.unfinished),
+            faults: snapshot.paths.map_or(0, |paths| paths.above_majorant + paths.unfinished)
+                + light.map_or(0, |cost| cost.above_majorant),
             metrics,
-        })
+        };
+        for (Target { picture, .. }, (checkpoints, blocks)) in
+            self.task.references.iter().zip(&mut self.measured)
+        {
+            checkpoints.push(state(measure(&snapshot.picture, picture)?));
+            blocks.push(squared_error_blocks(&snapshot.picture, picture)?);
+        }
+        self.last = Some(snapshot.picture);
+        Ok(())
     }
 }

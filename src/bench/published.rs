@@ -20,6 +20,7 @@ fn ours(case: &Case, measure: Measure) -> Option<Ours> {
     let (value, quartiles) = match measure {
         Measure::SamplesPerSecond => spread(case.summary.samples_per_second?),
         Measure::SecondsPerSample => spread(inverse(case.summary.samples_per_second?)),
+        Measure::IterationsPerSecond => spread(case.summary.light_iterations_per_second?),
         Measure::Psnr => (last.psnr_linear_db?, None),
         Measure::Rmse => (last.rmse?.value, None),
     };

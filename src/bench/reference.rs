@@ -14,6 +14,7 @@ use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// A reference at hand.
+#[derive(Clone)]
 pub struct Reference {
     /// What it is.
     pub info: ReferenceInfo,

@@ -3,6 +3,7 @@
 //! Times are in seconds, sizes in bytes, errors in the units of the pictures (linear radiance) unless they are called
 //! relative: those are shares of the reference's mean. Paths are relative to the folder of the results.
 
+use crate::irradiance::LightFacts;
 use serde::{Deserialize, Serialize};
 
 /// A value with its two-sided 95 % confidence interval, which is missing where nothing is known of it.
@@ -69,6 +70,9 @@ pub struct Case {
     pub name: String,
     /// Cases of one group belong into one plot and share what they are measured against.
     pub group: String,
+    /// Cases of one curve are joined in the plot of error against time, each with its last checkpoint.
+    #[serde(default)]
+    pub curve: Option<String>,
     /// The scene file, as the suite names it.
     pub scene: String,
     /// `key.path=value`, in the order in which they apply.
@@ -172,8 +176,27 @@ pub struct Repeat {
     pub prepare_seconds: f64,
     /// Launches before the measurement began.
     pub warmup_seconds: f64,
+    /// The light volume, for methods that project one: it is part of every checkpoint's time.
+    #[serde(default)]
+    pub light: Option<LightRun>,
     /// The states that were measured, in order.
     pub checkpoints: Vec<Checkpoint>,
+}
+
+/// How a light volume was computed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LightRun {
+    /// Wall time.
+    pub seconds: f64,
+    /// Steps in time, or estimates of direct light; `None` where there is nothing to count.
+    pub iterations: Option<u32>,
+}
+
+impl LightRun {
+    /// What a session says of it.
+    pub fn of(facts: &LightFacts) -> Self {
+        Self { seconds: facts.seconds, iterations: facts.steps.or(facts.estimates) }
+    }
 }
 
 /// A state of a run.
@@ -181,13 +204,14 @@ pub struct Repeat {
 pub struct Checkpoint {
     /// Samples per pixel.
     pub samples: u64,
-    /// Wall time of all steps since the first sample; reading the film for earlier checkpoints does not count.
+    /// Wall time of all steps of the light volume and the samples; reading the film for earlier checkpoints does not
+    /// count.
     pub seconds: f64,
     /// Of this, the time in kernels.
     pub device_seconds: f64,
-    /// Launches since the first sample.
+    /// Launches, and steps of the light volume.
     pub launches: u64,
-    /// Look-ups of the volume since the first sample.
+    /// Look-ups of the volume, by light volume and samples.
     pub lookups: u64,
     /// Bytes of voxels that these ask for: eight voxels each, before any cache.
     pub bytes: u64,
@@ -250,7 +274,13 @@ pub struct Summary {
     pub build: Option<Spread>,
     /// Time to load, plan and upload.
     pub prepare: Option<Spread>,
-    /// Samples per pixel and second, at the last checkpoint.
+    /// Time to compute the light volume, for methods that project one.
+    #[serde(default)]
+    pub light: Option<Spread>,
+    /// Its steps or estimates per second.
+    #[serde(default)]
+    pub light_iterations_per_second: Option<Spread>,
+    /// Samples per pixel and second at the last checkpoint, the time of the light volume left out.
     pub samples_per_second: Option<Spread>,
     /// Look-ups per pixel and sample, at the last checkpoint.
     pub lookups_per_sample: Option<f64>,
@@ -364,6 +394,8 @@ pub enum Measure {
     SamplesPerSecond,
     /// Seconds per sample of every pixel.
     SecondsPerSample,
+    /// Steps or estimates of the light volume per second.
+    IterationsPerSecond,
     /// PSNR at the last checkpoint, dB.
     Psnr,
     /// RMSE at the last checkpoint.

@@ -5,11 +5,11 @@ use super::files::Folder;
 use super::findings;
 use super::gallery::Gallery;
 use super::machine::{machine, now};
-use super::piece::{Piece, Task};
+use super::piece::{Piece, Target, Task};
 use super::published::published;
 use super::reference::Reference;
 use super::results::{Case, DeviceDescription, FORMAT, Images, Results, Summary};
-use super::suite::{CaseSpec, Suite};
+use super::suite::{CaseSpec, ReferenceSpec, Suite};
 use super::summary::{Measured, summarise};
 use super::trust::Trust;
 use super::watch::Watch;
@@ -56,8 +56,13 @@ pub fn run(suite: &Suite, options: &Options<'_>, folder: &Folder, watch: &Watch<
     let (started, begin) = (now(), Instant::now());
     let facts = suite.cases.iter().map(|case| facts(case, devices)).collect::<Result<Vec<_>>>()?;
     let mut references = Vec::new();
-    for case in &suite.cases {
-        match or_none(Reference::obtain(case, devices[0], folder, watch), watch)? {
+    for (index, case) in suite.cases.iter().enumerate() {
+        let earlier = suite.cases[..index].iter().position(|earlier| same_reference(earlier, case));
+        let reference = match earlier {
+            Some(earlier) => Ok(Reference::clone(&references[earlier])),
+            None => Reference::obtain(case, devices[0], folder, watch),
+        };
+        match or_none(reference, watch)? {
             Some(reference) => references.push(reference),
             None => break,
         }
@@ -78,6 +83,16 @@ pub fn run(suite: &Suite, options: &Options<'_>, folder: &Folder, watch: &Watch<
     results.findings = findings::of(&results, suite);
     folder.write_results(&results)?;
     Ok(results)
+}
+
+/// Whether two cases are measured against one and the same rendered reference: where the time ends it, going on would
+/// make another.
+fn same_reference(a: &CaseSpec, b: &CaseSpec) -> bool {
+    let (ReferenceSpec::Computed(a), ReferenceSpec::Computed(b)) = (&a.reference, &b.reference) else {
+        return false;
+    };
+    a.scenes[0].seedless_hash == b.scenes[0].seedless_hash
+        && (a.error, a.time, &a.overrides) == (b.error, b.time, &b.overrides)
 }
 
 /// An interrupt is no error here, and neither is what a device fails at because of it.
@@ -113,12 +128,15 @@ impl Bench<'_> {
         let total: usize = slots.iter().map(|slot| repeats(slot) as usize).sum();
         let mut done = 0;
         for round in 0..rounds {
-            for slot in slots.iter_mut().filter(|slot| round < repeats(slot)) {
+            for index in 0..slots.len() {
+                if round >= repeats(&slots[index]) {
+                    continue;
+                }
                 done += 1;
-                let Some(piece) = or_none(self.piece(slot, round, (done, total)), self.watch)? else {
+                let Some(piece) = or_none(self.piece(slots, index, round, (done, total)), self.watch)? else {
                     return Ok(false);
                 };
-                slot.pieces.push(piece);
+                slots[index].pieces.push(piece);
             }
             // Pictures come at the end; the numbers so far are safe even from a kill.
             self.folder.write_results(&self.results(slots, false))?;
@@ -126,16 +144,20 @@ impl Bench<'_> {
         Ok(true)
     }
 
-    fn piece(&self, slot: &Slot<'_>, round: u32, (done, total): (usize, usize)) -> Result<Piece> {
-        let Some(reference) = slot.reference else { return Err(Error::Interrupted) };
-        let picture = reference.picture()?;
+    fn piece(
+        &self,
+        slots: &[Slot<'_>],
+        index: usize,
+        round: u32,
+        (done, total): (usize, usize),
+    ) -> Result<Piece> {
+        let slot = &slots[index];
         let task = Task {
             case: slot.case,
             device: slot.device,
             seed: self.suite.seed.wrapping_add(round.into()),
             data: &slot.facts.data,
-            reference_hash: &reference.hash,
-            reference: &picture,
+            references: targets(slots, slot, round)?,
         };
         let place = format!("{done}/{total} {} on {}", slot.case.name, slot.device.selector);
         if let Some(piece) = task.finished(self.folder) {
@@ -175,6 +197,7 @@ impl Bench<'_> {
         let mut case = Case {
             name: spec.name.clone(),
             group: spec.group.clone(),
+            curve: spec.curve.clone(),
             scene: spec.scene_name.clone(),
             overrides: spec.overrides.clone(),
             scene_hash: spec.scene.seedless_hash.clone(),
@@ -234,6 +257,29 @@ pub(super) fn facts(case: &CaseSpec, devices: &[&DeviceInfo]) -> Result<Facts> {
         voxels: volume.dims,
         device_bytes: memory.total(),
     })
+}
+
+/// The reference of a slot, then those of others with the same pictures that still need this round.
+fn targets(slots: &[Slot<'_>], slot: &Slot<'_>, round: u32) -> Result<Vec<Target>> {
+    let same = |other: &&Slot<'_>| {
+        let (a, b) = (other.case, slot.case);
+        other.device.selector == slot.device.selector
+            && a.scene.seedless_hash == b.scene.seedless_hash
+            && other.facts.data == slot.facts.data
+            && (a.warmup, &a.checkpoints) == (b.warmup, &b.checkpoints)
+            && round < a.repeats
+    };
+    let mut references: Vec<&Reference> = slot.reference.into_iter().collect();
+    for other in slots.iter().filter(same).filter_map(|other| other.reference) {
+        if references.iter().all(|known| known.hash != other.hash) {
+            references.push(other);
+        }
+    }
+    if references.is_empty() {
+        return Err(Error::Interrupted);
+    }
+    let target = |of: &Reference| Ok(Target { hash: of.hash.clone(), picture: of.picture()? });
+    references.into_iter().map(target).collect()
 }
 
 /// How a method goes about it, one phrase each.

@@ -31,6 +31,8 @@ pub struct CaseSpec {
     pub name: String,
     /// The plot it belongs to.
     pub group: String,
+    /// The curve of that plot it is a point of, if it has none to itself.
+    pub curve: Option<String>,
     /// The scene file as the suite names it.
     pub scene_name: String,
     /// The scene file.

@@ -86,7 +86,8 @@ struct Draft<'c> {
     warmup: u32,
     checkpoints: Checkpoints,
     reference: &'c ReferenceConfig,
-    reference_path: Option<PathBuf>,
+    /// Where the suite is.
+    folder: &'c Path,
     gates: Gates,
 }
 
@@ -132,28 +133,41 @@ impl<'c> Reader<'c> {
         let at = |key: &str| format!("case.{index}.{key}");
         let scene_path = self.file(&at("scene"), &case.scene);
         let (path, vary) = Self::of_case(index, "vary", case.vary.as_ref(), &self.suite.vary);
-        for axis in (0..vary.len()).filter(|&axis| vary[axis].is_empty()) {
-            self.wrong(&format!("{path}.{axis}"), "an axis without variants".into(), "needs at least one");
+        for (axis, variants) in vary.iter().enumerate() {
+            if variants.is_empty() {
+                self.wrong(
+                    &format!("{path}.{axis}"),
+                    "an axis without variants".into(),
+                    "needs at least one",
+                );
+            }
+            for (number, reference) in
+                variants.iter().enumerate().filter_map(|(n, v)| Some((n, v.reference.as_ref()?)))
+            {
+                self.reference_file(&format!("{path}.{axis}.{number}.reference"), reference);
+            }
         }
         let (path, checkpoints) =
             Self::of_case(index, "checkpoints", case.checkpoints.as_ref(), &self.suite.checkpoints);
         let checkpoints = self.checkpoints(&path, checkpoints);
-        let (path, reference) =
+        let (path, own_reference) =
             Self::of_case(index, "reference", case.reference.as_ref(), &self.suite.reference);
-        let reference_path = match reference {
-            ReferenceConfig::File { path: name } => Some(self.file(&format!("{path}.path"), name)),
-            _ => None,
-        };
+        self.reference_file(&path, own_reference);
         let gates = gates(case.gates.as_ref().unwrap_or(&self.suite.gates));
         let group = case.group.as_ref().unwrap_or(&case.name);
+        let folder = self.folder;
         let draft = |combination: Vec<&'c VariantConfig>| Draft {
-            name: combination.iter().fold(case.name.clone(), |name, variant| name + ", " + &variant.name),
-            group: combination
+            reference: combination
                 .iter()
                 .rev()
-                .find_map(|variant| variant.group.as_ref())
-                .unwrap_or(group)
-                .clone(),
+                .find_map(|variant| variant.reference.as_ref())
+                .unwrap_or(own_reference),
+            name: combination.iter().fold(case.name.clone(), |name, variant| name + ", " + &variant.name),
+            group: match combination.iter().filter_map(|variant| variant.group.as_deref()).collect::<Vec<_>>()
+            {
+                none if none.is_empty() => group.clone(),
+                names => names.join(", "),
+            },
             config: case,
             scene_path: scene_path.clone(),
             overrides: [&self.suite.set, &case.set]
@@ -165,8 +179,7 @@ impl<'c> Reader<'c> {
             repeats: case.repeats.unwrap_or(self.suite.repeats),
             warmup: case.warmup.unwrap_or(self.suite.warmup),
             checkpoints: checkpoints.clone(),
-            reference,
-            reference_path: reference_path.clone(),
+            folder,
             gates,
         };
         combinations(vary).into_iter().map(draft).collect()
@@ -187,6 +200,13 @@ impl<'c> Reader<'c> {
                 let message = format!("two cases are called {}", quote(&draft.name));
                 self.wrong(&path, message, "names of cases must differ");
             }
+        }
+    }
+
+    /// Reports a reference in a file that is not there.
+    fn reference_file(&mut self, path: &str, reference: &ReferenceConfig) {
+        if let ReferenceConfig::File { path: name } = reference {
+            self.file(&format!("{path}.path"), name);
         }
     }
 
@@ -282,7 +302,7 @@ fn finish(draft: Draft<'_>) -> Result<CaseSpec> {
     let reference = match draft.reference {
         ReferenceConfig::Constant { value } => ReferenceSpec::Constant(value.0),
         ReferenceConfig::File { path: name } => {
-            ReferenceSpec::File { name: name.clone(), path: draft.reference_path.unwrap_or_default() }
+            ReferenceSpec::File { name: name.clone(), path: draft.folder.join(name) }
         }
         ReferenceConfig::Computed { set, error, time } => {
             let sets: Vec<String> = draft.overrides.iter().chain(set).cloned().collect();
@@ -305,6 +325,7 @@ fn finish(draft: Draft<'_>) -> Result<CaseSpec> {
     Ok(CaseSpec {
         name: draft.name,
         group: draft.group,
+        curve: draft.config.curve.clone(),
         scene_name: draft.config.scene.clone(),
         scene_path: draft.scene_path,
         overrides: draft.overrides,

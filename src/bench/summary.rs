@@ -1,7 +1,7 @@
 //! What the repeats of a case say together.
 
 use super::measure::root;
-use super::results::{Case, Interval, Metrics, Point, Repeat, Spread, Summary, TimeToError};
+use super::results::{Case, Interval, LightRun, Metrics, Point, Repeat, Spread, Summary, TimeToError};
 use super::statistics::{ErrorBlocks, Variance, slope, spread};
 
 /// An exponent of error against time above this is no longer near the −1/2 of noise.
@@ -26,16 +26,23 @@ pub fn summarise(case: &Case, measured: &[Measured<'_>], errors: &[f64]) -> Summ
     let over = |f: &dyn Fn(&Repeat) -> f64| spread(repeats.iter().map(|repeat| f(repeat)));
     let per_second = over(&|repeat| {
         let checkpoint = &repeat.checkpoints[last];
-        checkpoint.samples as f64 / checkpoint.seconds
+        let light = repeat.light.map_or(0.0, |light| light.seconds);
+        checkpoint.samples as f64 / (checkpoint.seconds - light).max(0.0)
     });
+    // The noise of a light volume does not fall with samples.
+    let stays = case.deterministic || repeats.iter().any(|repeat| repeat.light.is_some());
+    let light = || repeats.iter().filter_map(|repeat| repeat.light);
+    let light_rate = |run: LightRun| Some(f64::from(run.iterations?) / run.seconds);
     let pixels = f64::from(case.width) * f64::from(case.height);
     let rate = |f: &dyn Fn(&Repeat) -> f64| over(f).map(|spread| spread.median).filter(|&value| value > 0.0);
     Summary {
         slope: slope_of(&points, &repeats, blocks.as_ref()),
         efficiency: efficiency(&repeats, last, blocks.as_ref()),
-        time_to_error: times_to_errors(&points, errors, case.deterministic),
+        time_to_error: times_to_errors(&points, errors, stays),
         build: over(&|repeat| repeat.build_seconds),
         prepare: over(&|repeat| repeat.prepare_seconds),
+        light: spread(light().map(|run| run.seconds)),
+        light_iterations_per_second: spread(light().filter_map(light_rate)),
         samples_per_second: per_second,
         lookups_per_sample: rate(&|repeat| {
             let checkpoint = &repeat.checkpoints[last];
@@ -133,17 +140,17 @@ fn efficiency(repeats: &[&Repeat], last: usize, blocks: Option<&ErrorBlocks<'_>>
 }
 
 /// When the error falls below each of `errors`: between checkpoints by interpolation of logarithms, beyond the last by
-/// the n^−1/2 law unless nothing is random. The first checkpoint stands for everything above its error.
-fn times_to_errors(points: &[Point], errors: &[f64], deterministic: bool) -> Vec<TimeToError> {
+/// the n^−1/2 law unless the error `stays` with more samples. The first checkpoint stands for everything above its error.
+fn times_to_errors(points: &[Point], errors: &[f64], stays: bool) -> Vec<TimeToError> {
     let known: Vec<(f64, f64)> = points
         .iter()
         .filter_map(|point| Some((point.seconds.median, point.relative_rmse?.value)))
         .filter(|&(seconds, error)| seconds > 0.0 && error > 0.0)
         .collect();
-    errors.iter().filter_map(|&error| time_to_error(&known, error, deterministic)).collect()
+    errors.iter().filter_map(|&error| time_to_error(&known, error, stays)).collect()
 }
 
-fn time_to_error(known: &[(f64, f64)], wanted: f64, deterministic: bool) -> Option<TimeToError> {
+fn time_to_error(known: &[(f64, f64)], wanted: f64, stays: bool) -> Option<TimeToError> {
     let found = |seconds: f64, measured: bool| TimeToError { relative_error: wanted, seconds, measured };
     let (last_seconds, last_error) = *known.last()?;
     match known.iter().position(|&(_, error)| error <= wanted) {
@@ -153,7 +160,7 @@ fn time_to_error(known: &[(f64, f64)], wanted: f64, deterministic: bool) -> Opti
             let part = (e0 / wanted).ln() / (e0 / e1).ln();
             Some(found(t0 * (t1 / t0).powf(part), true))
         }
-        None if deterministic || is_flat(known) => None,
+        None if stays || is_flat(known) => None,
         None => Some(found(last_seconds * (last_error / wanted).powi(2), false)),
     }
 }
@@ -176,7 +183,7 @@ mod tests {
     #[test]
     fn times_to_errors_interpolate_and_extrapolate() {
         let known = [(1.0, 0.4), (4.0, 0.2), (16.0, 0.1)];
-        let found = |wanted: f64, deterministic: bool| time_to_error(&known, wanted, deterministic);
+        let found = |wanted: f64, stays: bool| time_to_error(&known, wanted, stays);
         // The first checkpoint stands for what it is already below.
         assert_eq!(found(0.5, false).map(|t| (t.seconds, t.measured)), Some((1.0, true)));
         let between = found(0.2 / 2.0_f64.sqrt(), false).unwrap();

@@ -75,6 +75,7 @@ fn published(results: &Results, text: &mut String) {
         let unit = match entry.measure {
             Measure::SamplesPerSecond => "samples/s",
             Measure::SecondsPerSample => "s/sample",
+            Measure::IterationsPerSecond => "iterations/s",
             Measure::Psnr => "dB",
             Measure::Rmse => "RMSE",
         };

@@ -66,6 +66,9 @@ pub struct CaseConfig {
     pub name: String,
     /// Cases of one group share a plot. Default: the name.
     pub group: Option<String>,
+    /// Cases of one curve are joined in the plot of error against time, each with its last checkpoint: one method with
+    /// more and more iterations of a light volume, or with finer and finer steps.
+    pub curve: Option<String>,
     /// Path of the scene, relative to the suite file.
     pub scene: String,
     /// Overrides of the scene, after those of the suite.
@@ -94,9 +97,12 @@ pub struct VariantConfig {
     /// What is added to the names of cases.
     pub name: String,
     /// Overrides of the scene, after those of the case.
+    #[serde(default)]
     pub set: Vec<String>,
-    /// Group of the cases, instead of that of the case.
+    /// Group of the cases, instead of that of the case; where several axes name one, all of them together.
     pub group: Option<String>,
+    /// What errors are measured against, instead of that of the case.
+    pub reference: Option<ReferenceConfig>,
 }
 
 /// Where the error is measured: after numbers of samples, or after times. Default: 1, 4, 16 and 64 samples.

@@ -27,7 +27,7 @@ pub struct LadderArgs {
     /// The largest relative error that will do.
     #[arg(long, value_name = "ERROR", value_parser = parse_percentage, default_value = "5%")]
     tolerance: f64,
-    /// Time for each of three runs of every model; the reference takes up to six times as long.
+    /// Time for each of three runs of every model; each of two references takes up to six times as long.
     #[arg(long, value_name = "TIME", value_parser = parse_duration, default_value = "3s")]
     time: Duration,
     /// Keep pictures and results in this folder; what is finished there is not done again.

@@ -42,8 +42,8 @@ pub(super) struct Kernels {
 }
 
 impl Kernels {
-    pub fn build(device: &Device) -> Result<Self> {
-        let spec = ProgramSpec::new("diffusion/solver.cl").uncontracted();
+    pub fn build(device: &Device, alter: fn(ProgramSpec) -> ProgramSpec) -> Result<Self> {
+        let spec = alter(ProgramSpec::new("diffusion/solver.cl").uncontracted());
         let program = Program::build(device, &spec)?;
         let names = KERNELS.into_iter().chain(TRANSFERS);
         let kernels = names.map(|name| Ok((name, program.kernel(device, name)?))).collect::<Result<_>>()?;

@@ -6,7 +6,7 @@ use super::grid::Grid;
 use super::launch::{Kernels, Queue};
 use super::multigrid::Hierarchy;
 use super::settings::{Boundary, Coefficients, Method, Observer, Outcome, Settings, Solution};
-use crate::device::{Arg, Buffer, Device, MemoryPlan};
+use crate::device::{Arg, Buffer, Device, MemoryPlan, ProgramSpec};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -38,6 +38,20 @@ impl Solver {
     /// [`Error::Input`] when there are no cells, or a length or the boundary makes no sense; [`Error::Failed`] when
     /// the device has no room or does not build the kernels.
     pub fn new(device: &Device, dims: [usize; 3], spacing: DVec3, boundary: Boundary) -> Result<Self> {
+        Self::altered(device, dims, spacing, boundary, |spec| spec)
+    }
+
+    /// The same with a program that `alter` has changed, which shows what a check of it finds.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn altered(
+        device: &Device,
+        dims: [usize; 3],
+        spacing: DVec3,
+        boundary: Boundary,
+        alter: fn(ProgramSpec) -> ProgramSpec,
+    ) -> Result<Self> {
         let input = |what: String| Err(Error::Input(format!("diffusion: {what}")));
         if dims.contains(&0)
             || dims.iter().try_fold(1_usize, |n, &k| n.checked_mul(k)).is_none_or(|n| n >> 30 > 0)
@@ -54,7 +68,7 @@ impl Solver {
         }
         let grids = Grid::hierarchy(dims, spacing);
         memory(&grids).check(device.info())?;
-        let kernels = Kernels::build(device)?;
+        let kernels = Kernels::build(device, alter)?;
         let levels = grids.into_iter().map(|grid| Level::new(device, grid)).collect::<Result<Vec<_>>>()?;
         let finest = Finest::new(device, &levels[0].grid)?;
         Ok(Self { dims, spacing, boundary, kernels, levels, finest })

@@ -18,7 +18,7 @@ use std::time::Duration;
 pub struct Snapshot {
     /// The picture, with metadata.
     pub picture: Picture,
-    /// The film as a whole, with the look-ups of its paths.
+    /// The film as a whole, with the look-ups of its paths and of its light volume.
     pub summary: FilmSummary,
     /// What the paths did, when the method follows paths.
     pub paths: Option<PathLedger>,
@@ -35,7 +35,8 @@ impl Snapshot {
         let extra = session.auxiliary()?;
         let paths = session.ledger()?;
         let mut summary = FilmSummary::of(&film);
-        summary.lookups += paths.map_or(0, |paths| paths.lookups);
+        let light = session.light_facts().and_then(|facts| facts.cost);
+        summary.lookups += paths.map_or(0, |paths| paths.lookups) + light.map_or(0, |cost| cost.lookups);
         let mut picture = picture(&film, plan);
         if let Some(extra) = &extra {
             auxiliary::add_channels(&mut picture, extra, plan.local.unit);

@@ -4,6 +4,7 @@ use super::auxiliary::Auxiliary;
 use super::camera::DeviceCamera;
 use super::grid::{BrickRanges, DeviceVolume, Grid, StoredWindow};
 use super::ledger::Ledger;
+use super::light_volume::LightSetup;
 use super::local::LocalFrame;
 use super::method::{self, DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use super::session::TILE;
@@ -11,7 +12,7 @@ use crate::device::{MemoryPlan, ProgramSpec};
 use crate::film::FilmPixel;
 use crate::irradiance;
 use crate::picture::Environment;
-use crate::scene::{Background, CameraKind, Filter, Origin, Scene};
+use crate::scene::{Background, CameraKind, DirectLight, Filter, Origin, Scene};
 use crate::volume::Volume;
 use crate::{Error, Result};
 use bytemuck::Zeroable;
@@ -100,6 +101,12 @@ impl<'a> Plan<'a> {
         let lens =
             matches!(self.scene.camera.kind, CameraKind::Perspective { aperture, .. } if aperture > 0.0);
         self.scene.image.filter == Filter::Point && !lens && !self.method.random
+    }
+
+    /// Whether another seed gives another picture.
+    pub fn depends_on_seed(&self) -> bool {
+        let tracked = |light: &LightSetup| matches!(light.settings.direct, DirectLight::Tracking { .. });
+        !self.is_deterministic() || self.method.light.as_deref().is_some_and(tracked)
     }
 
     /// Whether there are auxiliary images: the scene asks for them and the method makes them.

@@ -17,6 +17,9 @@ use std::time::{Duration, Instant};
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
 pub(super) const TILE: u32 = 8;
 
+/// Where among the kernel's inputs the voxels are.
+const VOXELS: usize = 4;
+
 /// The plan's program as this device runs it best.
 ///
 /// CPUs get the form of the kernel that works on eight samples at a time where there is one: their compilers do not
@@ -294,7 +297,20 @@ impl Session {
         Ok(())
     }
 
-    /// Empties the film; the next sample is the first again.
+    /// Starts anew, the light volume with it; what launches have taught about their times stays.
+    ///
+    /// # Errors
+    /// As [`Session::new`].
+    pub fn restart(&mut self, plan: &Plan<'_>) -> Result<()> {
+        if let Some(setup) = &plan.method.light {
+            let voxels = Arc::clone(&self.inputs[VOXELS]);
+            self.light = Some(Light::Computing(Box::new(Lighting::new(&self.device, plan, setup, voxels)?)));
+            (self.light_facts, self.light_time) = (None, Duration::ZERO);
+        }
+        self.reset()
+    }
+
+    /// Empties the film; the next sample is the first again. A light volume that is computed stays.
     ///
     /// # Errors
     /// [`Error::Failed`] when the device fails.

@@ -76,38 +76,51 @@ impl Errors {
 
 fn error_against_time(group: &Group<'_>) -> Curves {
     let errors = Errors::of(group);
-    let curve = |member: &Member<'_>| {
-        let last = member.case.summary.points.last();
-        let note = last.map(|last| {
+    let curve = |members: &Vec<&Member<'_>>| {
+        let mut points = points_of(members);
+        points.sort_by(|(_, a), (_, b)| a.seconds.median.total_cmp(&b.seconds.median));
+        let note = points.last().map(|(_, last)| {
             let error = errors.at(last).map_or("below the noise".into(), |error| errors.say(error.value));
             format!("{error} after {}", numbers::seconds(last.seconds.median))
         });
         let note = note.unwrap_or_else(|| "not measured".into());
-        let points = member.case.summary.points.iter().map(|point| {
+        let points = points.into_iter().map(|(member, point)| {
             let range = (point.seconds.count > 1).then_some([point.seconds.low, point.seconds.high]);
             curve_point(member, point, &errors, point.seconds.median, range)
         });
-        Curve {
-            series: member.series,
-            name: member.label.clone(),
-            note,
-            points: points.collect(),
-            slope: None,
-        }
+        let first = members[0];
+        Curve { series: first.series, name: name_of(first), note, points: points.collect(), slope: None }
     };
     Curves {
         title: format!("{}: error against time", group.name),
         x_title: "wall time (s)".into(),
         y_title: errors.title().into(),
-        curves: group.members.iter().map(curve).collect(),
+        curves: group.curves().iter().map(curve).collect(),
         guide: Some("the same efficiency all along".into()),
         levels: errors.levels(group),
     }
 }
 
+/// The name of a curve, with the device where the labels have it.
+fn name_of(member: &Member<'_>) -> String {
+    let Some(curve) = &member.case.curve else { return member.label.clone() };
+    let device = member.label.strip_prefix(&member.case.name).unwrap_or_default();
+    format!("{curve}{device}")
+}
+
+/// Every checkpoint of a case that is alone in its curve, else the last one of each.
+fn points_of<'m, 'a>(members: &[&'m Member<'a>]) -> Vec<(&'m Member<'a>, &'a Point)> {
+    if let [only] = members {
+        return only.case.summary.points.iter().map(|point| (*only, point)).collect();
+    }
+    members.iter().filter_map(|member| Some((*member, member.case.summary.points.last()?))).collect()
+}
+
 fn error_against_samples(group: &Group<'_>) -> Curves {
     let errors = Errors::of(group);
-    let random: Vec<&Member<'_>> = group.members.iter().filter(|member| !member.case.deterministic).collect();
+    // Samples are not what the points of a joined curve differ by.
+    let falls = |member: &&Member<'_>| !member.case.deterministic && member.case.curve.is_none();
+    let random: Vec<&Member<'_>> = group.members.iter().filter(falls).collect();
     let curve = |member: &Member<'_>| {
         let summary = &member.case.summary;
         let slope = summary.slope.filter(|slope| slope.value.is_finite());

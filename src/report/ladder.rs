@@ -27,7 +27,9 @@ fn picture(ladder: &Ladder) -> Curves {
     // Beyond the last arrival there is nothing to choose any more.
     let arrivals = ladder.rungs.iter().filter_map(|rung| rung.seconds_to_tolerance);
     let end = 4.0
-        * arrivals.chain(ladder.rungs.iter().map(|rung| 16.0 * rung.seconds_per_sample)).fold(0.0, f64::max);
+        * arrivals
+            .chain(ladder.rungs.iter().map(|rung| start(rung).max(16.0 * rung.seconds_per_sample)))
+            .fold(0.0, f64::max);
     Curves {
         title: "Model ladder: error of model and noise together".into(),
         x_title: "wall time (s)".into(),
@@ -43,6 +45,11 @@ fn picture(ladder: &Ladder) -> Curves {
     }
 }
 
+/// When the first sample is done.
+fn start(rung: &Rung) -> f64 {
+    rung.light_seconds + rung.seconds_per_sample
+}
+
 /// A line from the first sample, which is marked, to `end`, marked where it comes down to the tolerance.
 fn curve(ladder: &Ladder, series: usize, rung: &Rung, end: f64) -> Curve {
     let arrival = rung.seconds_to_tolerance;
@@ -53,7 +60,7 @@ fn curve(ladder: &Ladder, series: usize, rung: &Rung, end: f64) -> Curve {
         Some(seconds) => format!("within it after {}", numbers::seconds(seconds)),
         None => format!("never: the model is off by {}", numbers::share(rung.model_error.value)),
     };
-    let start = rung.seconds_per_sample;
+    let start = start(rung);
     let step = (end / start).ln() / STEPS as f64;
     let mut times: Vec<f64> = (0..=STEPS).map(|k| start * (k as f64 * step).exp()).chain(arrival).collect();
     times.sort_unstable_by(f64::total_cmp);
@@ -72,7 +79,8 @@ fn curve(ladder: &Ladder, series: usize, rung: &Rung, end: f64) -> Curve {
 }
 
 fn point(rung: &Rung, seconds: f64, plain: bool, hint: String) -> CurvePoint {
-    let noise = rung.noise_in_a_second.map_or(0.0, |noise| noise * noise / seconds);
+    let falling = rung.noise_in_a_second.map_or(0.0, |noise| noise * noise / (seconds - rung.light_seconds));
+    let noise = rung.light_noise * rung.light_noise + falling;
     let total = |model: f64| 100.0 * (model * model + noise).sqrt();
     let model = rung.model_error;
     // The last model has no error of its own: the interval around its 0 is noise.
@@ -98,6 +106,9 @@ mod tests {
             method: method.into(),
             overrides: Vec::new(),
             model_error: Interval { value: model, low: Some(0.9 * model), high: Some(1.1 * model) },
+            single_error: None,
+            light_seconds: 0.0,
+            light_noise: 0.0,
             noise_in_a_second: noise,
             seconds_per_sample: 0.01,
             seconds_to_tolerance,
@@ -117,8 +128,10 @@ mod tests {
             scene: "a.toml".into(),
             tolerance: 0.05,
             rungs,
+            left_out: Vec::new(),
             cheapest,
             reference_error: Some(0.01),
+            single_reference_error: Some(0.01),
             complete: true,
         }
     }

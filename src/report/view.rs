@@ -26,7 +26,7 @@ pub struct Group<'a> {
 pub struct Member<'a> {
     /// Its place among the results.
     pub index: usize,
-    /// Its place in the group: its colour in the plots.
+    /// Its colour in the plots: the first of a curve gives its place in the group to all of them.
     pub series: usize,
     /// The case.
     pub case: &'a Case,
@@ -49,7 +49,10 @@ impl<'a> View<'a> {
             let device =
                 if several_devices { format!(" on {}", case.device.selector) } else { String::new() };
             let label = format!("{}{device}", case.name);
-            let series = groups[place].members.len();
+            let members = &groups[place].members;
+            let series =
+                members.iter().find(|member| same_curve(member.case, case)).map(|first| first.series);
+            let series = series.unwrap_or(members.len());
             groups[place].members.push(Member { index, series, case, label });
         }
         Self { results, folder, groups }
@@ -83,6 +86,18 @@ impl<'a> View<'a> {
 }
 
 impl<'a> Group<'a> {
+    /// Cases by the curves that they are points of.
+    pub fn curves(&self) -> Vec<Vec<&Member<'a>>> {
+        let mut curves: Vec<Vec<&Member<'a>>> = Vec::new();
+        for member in &self.members {
+            match curves.iter_mut().find(|curve| same_curve(curve[0].case, member.case)) {
+                Some(curve) => curve.push(member),
+                None => curves.push(vec![member]),
+            }
+        }
+        curves
+    }
+
     /// Cases with one and the same reference: they show the same, and one can be had instead of another.
     pub fn targets(&self) -> Vec<Vec<&Member<'a>>> {
         let mut targets: Vec<Vec<&Member<'a>>> = Vec::new();
@@ -94,6 +109,11 @@ impl<'a> Group<'a> {
         }
         targets
     }
+}
+
+/// Whether two cases of a group are points of one curve.
+fn same_curve(a: &Case, b: &Case) -> bool {
+    a.curve.is_some() && a.curve == b.curve && a.device.selector == b.device.selector
 }
 
 /// One constant may be the truth of different scenes, a picture hardly.

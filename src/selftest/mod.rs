@@ -7,6 +7,7 @@
 mod bits;
 mod closed_forms;
 mod functions;
+mod light;
 mod scattering;
 mod workbench;
 
@@ -111,6 +112,16 @@ pub const CHECKS: &[Check] = &[
         name: "audit",
         proves: "no look-up exceeds its majorant, and the paths' energy adds up",
         run: scattering::audit,
+    },
+    Check {
+        name: "direct-light",
+        proves: "direct light in the cells of a light volume has the closed form",
+        run: light::direct_light,
+    },
+    Check {
+        name: "diffusion",
+        proves: "scattered light in uneven layers is that of their resistances in series",
+        run: light::diffusion,
     },
     Check {
         name: "launches",

@@ -2,6 +2,7 @@
 
 mod errors;
 mod ladder;
+mod light;
 mod pictures;
 mod planted;
 mod resume;

@@ -48,6 +48,10 @@ fn quick(command: &str) -> String {
     };
     let small = "--set image.width=16 --set image.height=16";
     match command.split(' ').nth(1) {
+        // Its light takes seconds, and thrice.
+        Some("render") if command.contains("brain_hybrid") => {
+            format!("{command} {small} --samples 1 --set method.iterations=1 --set camera.turntable.frames=2")
+        }
         Some("render") => format!("{} {small} --samples 1", without(" --samples ")),
         Some("ladder") => format!("{} {small} --time 100ms --no-selftest", without(" --time ")),
         // Those of the project run for minutes: tests/bench runs smaller ones.

@@ -88,6 +88,13 @@ fn facts(case: &Case) -> Markup {
     let size = format!("{}×{} pixels, {x}×{y}×{z} voxels, {memory} on the device", case.width, case.height);
     let (build, prepare) = (spread(case.summary.build), spread(case.summary.prepare));
     let beforehand = format!("building the program {build}, loading and planning {prepare}");
+    let light = case.summary.light.map(|light| {
+        let rate = case.summary.light_iterations_per_second;
+        let rate = rate.map_or(String::new(), |rate| {
+            format!(", {} iterations per second", numbers::significant(rate.median, 3))
+        });
+        format!("computed in {}{rate}; its time counts", numbers::seconds(light.median))
+    });
     html! {
         dl.facts {
             (fact("Scene", &scene))
@@ -95,6 +102,7 @@ fn facts(case: &Case) -> Markup {
             (fact("Size", &html! { (size) }))
             (fact("Reference", &reference(&case.reference)))
             (fact("Beforehand", &html! { (beforehand) }))
+            @if let Some(light) = light { (fact("Light volume", &html! { (light) })) }
         }
     }
 }

@@ -151,6 +151,7 @@ fn published_row(view: &View<'_>, entry: &Published) -> Markup {
     let unit = match entry.measure {
         Measure::SamplesPerSecond => "samples/s",
         Measure::SecondsPerSample => "s/sample",
+        Measure::IterationsPerSecond => "iterations/s",
         Measure::Psnr => "dB",
         Measure::Rmse => "linear radiance",
     };

@@ -68,6 +68,36 @@ fn a_biased_case_is_not_followed_beyond_its_measurement() {
     assert!(page_of(&results).section("use").contains("fine, 12.8\u{a0}s for 5\u{a0}% (see its warning)"));
 }
 
+/// The points of a joined curve are the last checkpoints of its cases, by time, in one colour.
+#[test]
+fn cases_of_one_curve_are_joined() {
+    let mut results = results(vec![
+        case("slow", "one", 0.4, 0.2),
+        case("alone", "one", 0.2, 0.3),
+        case("fast", "one", 0.1, 0.4),
+        case("elsewhere", "two", 0.1, 0.4),
+    ]);
+    for index in [0, 2, 3] {
+        results.cases[index].curve = Some("joined".into());
+    }
+    let view = View::new(&results, Path::new(""));
+    let series: Vec<usize> = view.members().map(|member| member.series).collect();
+    assert_eq!(series, [0, 1, 0, 0]);
+    let figures = figures::figures(&view.groups[0]);
+    let curves = |name: &str| match &figures.iter().find(|figure| figure.name == name).unwrap().plot {
+        plot::Plot::Curves(curves) => &curves.curves,
+        plot::Plot::Bars(_) => panic!("bars"),
+    };
+    let [joined, alone] = &curves("error-time")[..] else { panic!("two curves") };
+    assert_eq!((joined.name.as_str(), alone.name.as_str()), ("joined", "alone"));
+    // 64 samples of 0.1 s and of 0.4 s.
+    let times: Vec<f64> = joined.points.iter().map(|point| point.x).collect();
+    assert!(times.len() == 2 && (times[0] - 6.4).abs() < 1e-9 && (times[1] - 25.6).abs() < 1e-9, "{times:?}");
+    assert_eq!(alone.points.len(), results.cases[1].summary.points.len());
+    // Samples are not what its points differ by.
+    assert_eq!(curves("error-samples").len(), 1);
+}
+
 #[test]
 fn what_failed_is_not_recommended() {
     let mut rejected = rough_and_fine();

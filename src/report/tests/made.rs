@@ -56,6 +56,7 @@ pub fn case(name: &str, group: &str, per_sample: f64, noise: f64) -> Case {
         build_cached: seed > 1,
         prepare_seconds: 0.1,
         warmup_seconds: 0.05,
+        light: None,
         checkpoints: samples.iter().map(|&n| checkpoint(n, per_sample * n as f64, error(n))).collect(),
     };
     let point = |n: u64| Point {
@@ -79,6 +80,7 @@ pub fn case(name: &str, group: &str, per_sample: f64, noise: f64) -> Case {
     Case {
         name: name.into(),
         group: group.into(),
+        curve: None,
         scene: "../cloud.toml".into(),
         overrides: vec!["image.width=64".into(), "method={kind=\"mip\"}".into()],
         scene_hash: "0123".into(),
@@ -110,6 +112,8 @@ pub fn case(name: &str, group: &str, per_sample: f64, noise: f64) -> Case {
             time_to_error: [0.1, 0.05, 0.02, 0.01].map(arrival).into(),
             build: Some(spread(0.2)),
             prepare: Some(spread(0.1)),
+            light: None,
+            light_iterations_per_second: None,
             samples_per_second: Some(Spread { median: 1.0 / per_sample, ..spread(1.0 / per_sample) }),
             lookups_per_sample: Some(7.5),
             lookups_per_second: Some(2e6),
