@@ -6,15 +6,17 @@
 //!
 //! - `grid`: the cells
 //! - `medium`: the medium and its lights on the device, as the kernels of scattering read them
-//! - `direct`: direct light by tracking towards the lights
+//! - `direct`, `direct_setup`: direct light by tracking towards the lights
 //! - `direct_light`: direct light, however it was computed
 
 mod direct;
 mod direct_light;
+mod direct_setup;
 mod grid;
 mod medium;
 
-pub use direct::{Direct, DirectCost, DirectCounts, DirectParameters, STRATA};
+pub use direct::{Direct, DirectCost, DirectCounts, STRATA};
 pub use direct_light::DirectLight;
+pub use direct_setup::DirectParameters;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use medium::LitMedium;
