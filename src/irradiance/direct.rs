@@ -1,38 +1,11 @@
 //! Direct light by null-collision tracking from every cell towards the lights; kernels: `cl/irradiance/direct.cl`.
 
+use super::direct_setup::{BLOCK_SHIFT, DirectParameters, Wanted, block_shifts, parameters};
 use super::{DirectLight, LightGrid, LitMedium};
 use crate::device::{Arg, Buffer, Device, Kernel, LAUNCH_TARGET, MemoryPlan, Pacer};
-use crate::render::method::DeviceFrame;
-use crate::render::scattering::Scattering;
 use crate::scene::Phase;
 use crate::{Error, Result, device_struct};
 use serde::Serialize;
-use std::f64::consts::PI;
-
-device_struct! {
-    "types/irradiance.cl",
-    /// How the direct light of cells is computed; see `cl/types/irradiance.cl`.
-    pub struct DirectParameters {
-        /// Relative extinction that is known without look-ups, of the reduced light, per channel.
-        pub control: [f32; 4],
-        /// Mean cosine of the phase function.
-        pub mean_cosine: f32,
-        /// Rate of tentative collisions per majorant.
-        pub over: f32,
-        /// ... less this per minorant.
-        pub under: f32,
-        /// Square of the distance within which a cell sees a point light as from that distance.
-        pub nearest2: f32,
-        /// log2 of the cells along x of a block.
-        pub block_x: u32,
-        /// ... along y.
-        pub block_y: u32,
-        /// ... along z.
-        pub block_z: u32,
-        /// Padding.
-        pub pad_0: u32,
-    }
-}
 
 device_struct! {
     "types/irradiance.cl",
@@ -49,9 +22,6 @@ device_struct! {
     }
 }
 
-/// log2 of the cells of a block: the unit of a launch, and a work-item's share on CPUs. Mirrors `BLOCK_SHIFT` in
-/// `cl/irradiance/direct.cl`.
-const BLOCK_SHIFT: u32 = 8;
 /// Passes that are stratified together, a power of two up to 64. The groups are independent, and their spread tells the
 /// variance.
 pub const STRATA: u32 = 16;
@@ -104,16 +74,6 @@ struct State {
 
 /// Mirrors `struct TwoFloat4` of the kernels, which alone look into it.
 type TwoFloat4 = [[f32; 4]; 2];
-
-/// What a phase function and a scene's lights ask for.
-#[derive(Clone, Copy)]
-struct Wanted {
-    reduced: bool,
-    flow: bool,
-    lights: bool,
-    sky: bool,
-    exact: bool,
-}
 
 impl Direct {
     /// Makes the direct light of `grid`'s cells ready, for a medium with this phase function.
@@ -332,98 +292,5 @@ impl Programs {
             pass.limit_work_group(1);
         }
         Ok(Self { pass, means: program.kernel(device, "irradiance_direct_means")? })
-    }
-}
-
-impl Wanted {
-    fn new(device: &Device, medium: &LitMedium, phase: &Phase) -> Result<Self> {
-        let frame: DeviceFrame = first(&medium.frame.read(device)?);
-        let lights = medium.has("SAMPLE_LIGHTS");
-        let black = frame.background[..3].iter().all(|&radiance| radiance == 0.0);
-        let sky = !black && frame.environment_pick == 0.0;
-        // Passes differ by what they look up, by the light or its point that they choose, and by their directions.
-        let single = frame.light_count == 1 && frame.rectangle_count == 0 && frame.environment_pick == 0.0;
-        let method: Scattering = first(&medium.method.read(device)?);
-        let flow = !phase.is_isotropic();
-        let alike = method.sigma == 0.0 && frame.environment_width == 0 && !flow;
-        let exact = medium.has("CONSTANT_SIGMA") && (!lights || single) && (!sky || alike);
-        Ok(Self { reduced: phase.mean_cosine() != 0.0, flow, lights, sky, exact: exact || !lights && !sky })
-    }
-}
-
-fn first<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> T {
-    bytemuck::pod_read_unaligned(&bytes[..size_of::<T>()])
-}
-
-/// log2 of the cells per axis of a block: as near a cube as the grid allows, and no longer than it where another axis
-/// has room.
-fn block_shifts(dims: [usize; 3]) -> [u32; 3] {
-    let mut shifts = [0; 3];
-    for _ in 0..BLOCK_SHIFT {
-        let open = (0..3).filter(|&axis| 1 << shifts[axis] < dims[axis]);
-        let axis = open.min_by_key(|&axis| shifts[axis]).unwrap_or(0);
-        shifts[axis] += 1;
-    }
-    shifts
-}
-
-/// The smallest and the largest albedo of a medium per channel.
-fn albedos(device: &Device, medium: &LitMedium, method: &Scattering) -> Result<[[f64; 2]; 3]> {
-    if medium.has("CONSTANT_ALBEDO") {
-        return Ok(std::array::from_fn(|c| [f64::from(method.albedo[c]); 2]));
-    }
-    let mut ranges = [[1.0_f64, 0.0]; 3];
-    for entry in bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&medium.tables[2].read(device)?) {
-        for (range, albedo) in ranges.iter_mut().zip(entry) {
-            *range = [range[0].min(albedo.into()), range[1].max(albedo.into())];
-        }
-    }
-    Ok(ranges)
-}
-
-fn parameters(
-    device: &Device,
-    medium: &LitMedium,
-    grid: &LightGrid,
-    phase: &Phase,
-    shifts: [u32; 3],
-) -> Result<DirectParameters> {
-    let method: Scattering = first(&medium.method.read(device)?);
-    let g = phase.mean_cosine();
-    // With extinction s between the minorant m and the majorant M, and 1 - g albedo between k and K, the rate over M -
-    // under m must be at least s - m, for the light itself, and s K - k m, for the reduced light.
-    let ranges = albedos(device, medium, &method)?.map(|range| {
-        let [a, b] = range.map(|albedo| 1.0 - g * albedo);
-        [a.min(b), a.max(b)]
-    });
-    let over = ranges.iter().fold(1.0, |most, range| f64::max(most, range[1]));
-    let under = ranges.iter().fold(over, |least, range| f64::min(least, range[0] + over - range[1]));
-    let scale = f64::from(method.majorant_scale);
-    let [red, green, blue] = ranges.map(|range| range[0] as f32);
-    // 1 / r^2 has the mean 3 / R^2 in a ball of radius R.
-    let radius = (grid.cell.element_product() * 0.75 / PI).cbrt();
-    Ok(DirectParameters {
-        control: [red, green, blue, 0.0],
-        mean_cosine: g as f32,
-        over: (scale * over) as f32,
-        under: (scale * under) as f32,
-        nearest2: (radius * radius / 3.0) as f32,
-        block_x: shifts[0],
-        block_y: shifts[1],
-        block_z: shifts[2],
-        pad_0: 0,
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn blocks_fit_their_grids() {
-        assert_eq!(block_shifts([64, 64, 64]), [3, 3, 2]);
-        assert_eq!(block_shifts([64, 64, 1]), [4, 4, 0]);
-        assert_eq!(block_shifts([300, 1, 3]), [6, 0, 2]);
-        assert_eq!(block_shifts([1, 1, 1]), [8, 0, 0]);
     }
 }

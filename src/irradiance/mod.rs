@@ -7,7 +7,7 @@
 //! - `grid`: the cells
 //! - `medium`, `cells`: the medium and its lights on the device, as kernels of scattering read them, and its averages
 //! - `direct_light`: unscattered light, however it was computed
-//! - `direct`: by tracking towards the lights
+//! - `direct`, `direct_setup`: by tracking towards the lights
 //! - `carried`, `convection`: by upwind convection, in steps or at once
 //! - `spreading`: scattered light by explicit diffusion
 //! - `scattered`, `channel`, `limiter`, `kernels`: scattered light by the steady diffusion equation
@@ -20,6 +20,7 @@ mod channel;
 mod convection;
 mod direct;
 mod direct_light;
+mod direct_setup;
 mod file;
 mod grid;
 mod kernels;
@@ -33,8 +34,9 @@ mod spreading;
 pub use carried::{CarriedLight, check_courant, crossing_steps, largest_courant, refusal, unlit_by};
 pub use cells::Cells;
 pub use convection::{Carrying, Convection, SteadyLight, steady_light, steady_memory};
-pub use direct::{Direct, DirectCost, DirectCounts, DirectParameters, STRATA};
+pub use direct::{Direct, DirectCost, DirectCounts, STRATA};
 pub use direct_light::DirectLight;
+pub use direct_setup::DirectParameters;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use light::{Directions, LightBuffers, LightData};
 pub use lighting::{LightFacts, Lighting, memory};
