@@ -48,12 +48,17 @@ fn quick(command: &str) -> String {
     };
     let small = "--set image.width=16 --set image.height=16";
     match command.split(' ').nth(1) {
-        // Its light takes seconds, and thrice.
-        Some("render") if command.contains("brain_hybrid") => {
-            format!("{command} {small} --samples 1 --set method.iterations=1 --set camera.turntable.frames=2")
+        // Light in the volume takes the longest.
+        Some("render") if command.contains("hybrid") => {
+            let turntable = if command.contains("brain") { " --set camera.turntable.frames=2" } else { "" };
+            let light = "--set method.iterations=1 --set method.coarsening=4";
+            format!("{command} {small} --samples 1 {light}{turntable}")
         }
         Some("render") => format!("{} {small} --samples 1", without(" --samples ")),
-        Some("ladder") => format!("{} {small} --time 100ms --no-selftest", without(" --time ")),
+        Some("ladder") => {
+            let coarse = "--set volume.dims=[16,16,16] --set volume.spacing=0.0625";
+            format!("{} {small} {coarse} --time 100ms --no-selftest", without(" --time "))
+        }
         // Those of the project run for minutes: tests/bench runs smaller ones.
         Some("bench") if command.contains(" configs/") => format!("{command} --list"),
         Some("bench") => format!("{command} --no-selftest"),

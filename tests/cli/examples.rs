@@ -31,7 +31,8 @@ fn every_example_renders_something() {
         let several = scene.ends_with("brain_hybrid.toml");
         if several {
             // One estimate of each cell's light, which takes the most of the time.
-            render.args(["--set", "method.iterations=1", "--set", "camera.turntable.frames=2"]);
+            let quick = ["method.iterations=1", "method.coarsening=4", "camera.turntable.frames=2"];
+            render.args(quick.iter().flat_map(|set| ["--set", set]));
         }
         let ran = run(&mut render);
         assert_eq!(ran.code, Some(0), "{}: {}", scene.display(), ran.err);
