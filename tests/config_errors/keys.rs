@@ -107,7 +107,7 @@ error: missing key `kind` in `method`
   ┌─ scene.toml:9:1
   │
 9 │ [method]
-  │ ^^^^^^^^ needs `kind`: "emission-absorption", "mip", "isosurface", "single-scattering" or "multiple-scattering"
+  │ ^^^^^^^^ needs `kind`: "emission-absorption", "mip", "isosurface", "single-scattering", "multiple-scattering", "convection-diffusion" or "hybrid-diffusion"
 
 1 problem in scene.toml
 "#,
@@ -126,7 +126,7 @@ error: `camera.fov` does not go with kind = "orthographic"
 6 │ fov = 30
   │ ^^^ only with kind = "perspective"
   │
-  = keys here: `kind`, `position`, `target`, `up`, `height`
+  = keys here: `kind`, `position`, `target`, `up`, `height`, `turntable`, `views`
 
 1 problem in scene.toml
 "#,

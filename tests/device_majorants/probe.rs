@@ -16,6 +16,11 @@ const PAD: usize = 2;
 
 /// Extinction by table, and by the straight line that the table may be.
 const PROBE: &str = "\
+#ifdef TRANSMITTANCE_ONLY
+#define medium_sigma(m) (m)
+#else
+#define medium_sigma(m) ((m).w)
+#endif
 __kernel void probe(__constant struct Frame *frame, __constant struct Volume *volume, __global const VOXEL *voxels,
     __global const Medium *table, __global const float2 *line, __global const float4 *points,
     __global float2 *sigmas, uint count) {
