@@ -4,6 +4,7 @@
 //! (the only place that knows OpenCL) → `render` → `film` → `picture` (EXR, PNG).
 
 pub mod bench;
+pub mod caustics;
 pub mod cli;
 pub mod config;
 pub mod device;
@@ -18,6 +19,7 @@ pub mod render;
 pub mod report;
 pub mod scene;
 pub mod selftest;
+pub mod surfaces;
 pub mod transfer;
 pub mod volume;
 

@@ -76,6 +76,8 @@ const FILES: &[(&str, &str)] = embed![
     "types/method.cl",
     "types/path.cl",
     "types/phase.cl",
+    "types/photon.cl",
+    "types/surface.cl",
     "types/volume.cl",
     "volume/bricks.cl",
     "volume/cell.cl",

@@ -62,4 +62,9 @@ pub const LAYOUTS: &[StructLayout] = &[
     crate::irradiance::DirectParameters::LAYOUT,
     crate::irradiance::DirectCounts::LAYOUT,
     crate::diffusion::DeviceDiffusionGrid::LAYOUT,
+    crate::surfaces::DeviceShape::LAYOUT,
+    crate::surfaces::DeviceBall::LAYOUT,
+    crate::surfaces::DeviceNode::LAYOUT,
+    crate::surfaces::DeviceMaterial::LAYOUT,
+    crate::caustics::Photon::LAYOUT,
 ];
