@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use svetlo::device::{Catalog, Device, DeviceInfo};
 use svetlo::film::{FilmPixel, FilmSummary};
-use svetlo::render::{BRICK_SHIFT, Plan, Session, load_volume};
+use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session};
 use svetlo::scene::{Method, Scene};
 use timing::{Times, Wanted};
 
@@ -139,8 +139,8 @@ fn measure(info: &DeviceInfo, scene: &str, overrides: &[String]) -> svetlo::Resu
 }
 
 fn open(info: &DeviceInfo, scene: &Scene) -> svetlo::Result<Session> {
-    let volume = load_volume(&scene.volume)?;
-    Session::new(Device::open(info)?, &Plan::new(scene, &volume, BRICK_SHIFT)?)
+    let loaded = SceneData::load(&scene)?;
+    Session::new(Device::open(info)?, &Plan::new(scene, &loaded, BRICK_SHIFT)?)
 }
 
 fn timed(session: &mut Session, samples: u32) -> svetlo::Result<Duration> {

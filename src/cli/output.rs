@@ -63,7 +63,7 @@ pub fn check_inputs_survive(output: &Path, scene_file: &Path, scene: &Scene) -> 
 
 fn inputs<'a>(scene_file: &'a Path, scene: &'a Scene) -> Vec<&'a Path> {
     let mut inputs = vec![scene_file];
-    if let VolumeSource::File { path, .. } = &scene.volume.source {
+    if let Some(VolumeSource::File { path, .. }) = scene.volume.as_ref().map(|volume| &volume.source) {
         inputs.push(path);
     }
     if let Background::Environment { path, .. } = &scene.background {

@@ -13,6 +13,7 @@ mod schema;
 mod set;
 mod tree;
 pub mod types;
+mod types_caustics;
 mod types_medium;
 mod types_method;
 mod types_transfer;

@@ -7,6 +7,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::types_caustics::{
+    AccelerationConfig, DirectConfig, EmissionConfig, FillConfig, FluxConfig, GatherConfig, KernelConfig,
+    SortConfig, TargetConfig, WeightsConfig,
+};
 pub use super::types_medium::{MediumConfig, PhaseConfig};
 pub use super::types_method::{
     Compositing, DiffusionSolver, Domain, FluxLimiter, LightModel, MethodConfig, QuadratureConfig,
@@ -32,8 +36,8 @@ pub struct SceneConfig {
     pub image: ImageConfig,
     /// The camera. Image right is forward × up (right-handed).
     pub camera: CameraConfig,
-    /// The volume: a file or a procedural field, and where it lies in the scene.
-    pub volume: VolumeConfig,
+    /// The volume: a file or a procedural field, and where it lies in the scene. Only caustics do without.
+    pub volume: Option<VolumeConfig>,
     /// How the opacity of the transfer function becomes extinction, and what of it scatters.
     #[serde(default)]
     pub medium: MediumConfig,

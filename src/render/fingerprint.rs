@@ -1,8 +1,8 @@
 //! Fingerprints of data: they tell whether two runs worked on the same bytes.
 
+use super::load::DataRef;
 use super::plan::Plan;
 use crate::scene::{Background, Table2d, Transfer, VolumeSource};
-use crate::volume::Volume;
 use crate::{Error, Result};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -46,11 +46,12 @@ impl Fingerprint {
 ///
 /// # Errors
 /// [`Error::Input`] when the table's file can no longer be read.
-pub fn data_hash(plan: &Plan<'_>, volume: &Volume) -> Result<String> {
+pub fn data_hash<'a>(plan: &Plan<'_>, data: impl Into<DataRef<'a>>) -> Result<String> {
     let scene = plan.scene;
     let mut fingerprint = Fingerprint::new();
     let mut files = false;
-    if let VolumeSource::File { .. } = scene.volume.source {
+    let source = scene.volume.as_ref().map(|volume| &volume.source);
+    if let (Some(VolumeSource::File { .. }), Some(volume)) = (source, data.into().volume) {
         let geometry = [volume.spacing.x, volume.spacing.y, volume.spacing.z, volume.slope, volume.intercept];
         let what = format!("{:?} {} {geometry:?}", volume.dims, volume.voxel_type().name());
         fingerprint.add(&what, volume.voxels.as_bytes());

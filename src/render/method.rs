@@ -7,7 +7,7 @@ use super::{emission_absorption, isosurface, light_volume, mip, scattering};
 use crate::device::ProgramSpec;
 use crate::picture::Environment;
 use crate::scene::{Method, Scene};
-use crate::{Result, device_struct};
+use crate::{Error, Result, device_struct};
 
 device_struct! {
     "types/frame.cl",
@@ -117,5 +117,6 @@ pub fn prepare(input: &MethodInput<'_>, frame: &mut DeviceFrame) -> Result<Metho
         }
         &Method::Scattering(settings) => scattering::prepare(input, settings, frame),
         &Method::LightVolume(settings) => light_volume::prepare(input, settings, frame),
+        Method::Caustics(_) => Err(Error::Input("caustics are of surfaces, not of a volume".into())),
     }
 }

@@ -149,6 +149,7 @@ pub fn method_name(method: &Method) -> &'static str {
         Method::EmissionAbsorption { .. } => "emission-absorption",
         Method::Scattering(Scattering { orders: Orders::Single, .. }) => "single-scattering",
         Method::Scattering(Scattering { orders: Orders::Multiple { .. }, .. }) => "multiple-scattering",
+        Method::Caustics(_) => "caustics",
         Method::LightVolume(LightVolume { direct: DirectLight::Convection, .. }) => "convection-diffusion",
         Method::LightVolume(LightVolume { direct: DirectLight::Tracking { .. }, .. }) => "hybrid-diffusion",
     }

@@ -17,15 +17,12 @@ use std::time::{Duration, Instant};
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
 pub(super) const TILE: u32 = 8;
 
-/// Where among the kernel's inputs the voxels are.
-const VOXELS: usize = 4;
-
 /// The plan's program as this device runs it best.
 ///
 /// CPUs get the form of the kernel that works on eight samples at a time where there is one: their compilers do not
 /// vectorise divergent loops over work-items. It indexes voxels in 32 bits.
 fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
-    let lanes = plan.method.lanes && device.kind == DeviceKind::Cpu && plan.grid.device_voxels().0 < 1 << 31;
+    let lanes = plan.method.lanes && device.kind == DeviceKind::Cpu && plan.voxels() < 1 << 31;
     let mut spec = plan.spec.clone().feature("LANES", lanes);
     if plan.method.paths {
         let width = path_lanes(plan, device);
@@ -39,7 +36,7 @@ fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
 
 /// Paths that a work-item follows side by side; with more than one it takes a whole tile.
 fn path_lanes(plan: &Plan<'_>, device: &DeviceInfo) -> u32 {
-    device.lanes(plan.grid.device_voxels().0)
+    device.lanes(plan.voxels())
 }
 
 /// How far a session has come.
@@ -79,6 +76,7 @@ pub struct Session {
     device: Device,
     kernel: Kernel,
     inputs: Vec<Arc<Buffer<u8>>>,
+    voxels: Option<Arc<Buffer<u8>>>,
     film: Buffer<FilmPixel>,
     paths: Option<PathBuffers>,
     light: Option<Light>,
@@ -121,10 +119,13 @@ impl Session {
         };
         add(bytemuck::bytes_of(&plan.frame))?;
         add(bytemuck::bytes_of(&plan.camera))?;
-        add(bytemuck::bytes_of(&plan.volume))?;
+        if let Some(volume) = &plan.volume {
+            add(bytemuck::bytes_of(&volume.device))?;
+        }
         add(&plan.method.parameters.bytes)?;
-        let voxels = Arc::new(plan.grid.upload(&device)?);
-        inputs.push(Arc::clone(&voxels));
+        let voxels =
+            plan.volume.as_ref().map(|volume| volume.grid.upload(&device).map(Arc::new)).transpose()?;
+        inputs.extend(voxels.clone());
         for table in plan.method.tables.iter().chain([&plan.environment]) {
             inputs.push(Arc::new(Buffer::from_slice(&device, &table.bytes)?));
         }
@@ -148,18 +149,19 @@ impl Session {
         } else {
             None
         };
-        let light = match (&plan.method.light, light) {
-            (Some(setup), Some(data)) => {
+        let light = match (&plan.method.light, light, &voxels) {
+            (Some(setup), Some(data), _) => {
                 Some(Light::Done(LightBuffers::upload(&device, setup.direct_grid, data)?))
             }
-            (Some(setup), None) => {
-                Some(Light::Computing(Box::new(Lighting::new(&device, plan, setup, voxels)?)))
+            (Some(setup), None, Some(voxels)) => {
+                Some(Light::Computing(Box::new(Lighting::new(&device, plan, setup, Arc::clone(voxels))?)))
             }
-            (None, _) => None,
+            _ => None,
         };
         Ok(Self {
             kernel,
             inputs,
+            voxels,
             film,
             paths,
             light,
@@ -302,9 +304,9 @@ impl Session {
     /// # Errors
     /// As [`Session::new`].
     pub fn restart(&mut self, plan: &Plan<'_>) -> Result<()> {
-        if let Some(setup) = &plan.method.light {
-            let voxels = Arc::clone(&self.inputs[VOXELS]);
-            self.light = Some(Light::Computing(Box::new(Lighting::new(&self.device, plan, setup, voxels)?)));
+        if let (Some(setup), Some(voxels)) = (&plan.method.light, &self.voxels) {
+            let lighting = Lighting::new(&self.device, plan, setup, Arc::clone(voxels))?;
+            self.light = Some(Light::Computing(Box::new(lighting)));
             (self.light_facts, self.light_time) = (None, Duration::ZERO);
         }
         self.reset()

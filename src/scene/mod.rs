@@ -7,6 +7,7 @@
 //! Lengths are in scene units, angles in radians, colours in linear sRGB; the coordinates are `f64`.
 
 mod camera;
+mod caustics;
 mod context;
 mod hash;
 mod light;
@@ -22,6 +23,7 @@ mod volume;
 use std::path::Path;
 
 pub use camera::{Camera, CameraKind};
+pub use caustics::{Caustics, Gather, Target};
 pub use light::{Background, Light};
 pub use light_volume::{DirectLight, LightVolume, ScatteredLight, Steady};
 pub use medium::{Medium, Phase, ScatteringMedium};
@@ -32,8 +34,10 @@ pub use volume::{FieldKind, Origin, Volume, VolumeSource};
 
 /// Words of the scene language that need no validation.
 pub use crate::config::types::{
-    Axis, ColorMap, Compositing, DiffusionSolver, Domain, Endian, EnvironmentSampling, Filter, FluxLimiter,
-    Outline, SheppLoganRotation, Tonemap, Transmittance, VoxelKind,
+    AccelerationConfig as Acceleration, Axis, ColorMap, Compositing, DiffusionSolver,
+    DirectConfig as CausticsDirect, Domain, Endian, EnvironmentSampling, FillConfig as Fill, Filter,
+    FluxConfig as PhotonFlux, FluxLimiter, KernelConfig as GatherKernel, Outline, SheppLoganRotation,
+    SortConfig as Sort, Tonemap, Transmittance, VoxelKind,
 };
 
 use crate::config::{self, Loaded};
@@ -47,8 +51,8 @@ pub struct Scene {
     pub image: Image,
     /// The camera.
     pub camera: Camera,
-    /// The volume and where it lies.
-    pub volume: Volume,
+    /// The volume and where it lies; every method but caustics has one.
+    pub volume: Option<Volume>,
     /// How opacity becomes extinction. Meaningful for methods that absorb.
     pub medium: Medium,
     /// What of the medium scatters. Meaningful for scattering methods, as is `phase`.
@@ -112,7 +116,7 @@ impl Scene {
         let cx = &mut context;
         let image = output::image(&config.image, cx);
         let views = views(config, cx);
-        let volume = volume::volume(&config.volume, cx);
+        let volume = volume::volume(config.volume.as_ref(), &config.method, cx);
         let transfer = transfer::transfer(&config.transfer, cx);
         let medium = medium::medium(&config.medium, &config.method, cx);
         let scattering = medium::scattering(&config.medium, cx);
@@ -121,8 +125,8 @@ impl Scene {
         let method = method::method(&config.method, cx);
         let film = output::film(&config.film, &config.method, cx);
         let problems = context.into_problems();
-        match (views, volume, transfer) {
-            (Some(views), Some(volume), Some(transfer)) if problems.is_empty() => Ok(Self {
+        match (views, transfer) {
+            (Some(views), Some(transfer)) if problems.is_empty() => Ok(Self {
                 image,
                 camera: views[0].camera.clone(),
                 volume,
