@@ -16,6 +16,7 @@ pub mod types;
 mod types_caustics;
 mod types_medium;
 mod types_method;
+mod types_surface;
 mod types_transfer;
 mod types_volume;
 pub mod values;
