@@ -132,8 +132,8 @@ fn measure(info: &DeviceInfo, scene: &str, overrides: &[String]) -> svetlo::Resu
             reference.render(1)?;
             rmse(&film, &reference.film()?)
         }
-        // Exact as they are; no frame is of a light volume.
-        Method::Mip { .. } | Method::Isosurface { .. } | Method::LightVolume(_) => 0.0,
+        // Exact as they are; no frame is of a light volume or of caustics.
+        Method::Mip { .. } | Method::Isosurface { .. } | Method::LightVolume(_) | Method::Caustics(_) => 0.0,
     };
     Ok(Frame { times, lookups: lookups as f64 / rays as f64, rmse, build: session.build_time })
 }
