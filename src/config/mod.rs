@@ -15,6 +15,7 @@ mod tree;
 pub mod types;
 mod types_medium;
 mod types_method;
+mod types_surface;
 mod types_transfer;
 mod types_volume;
 pub mod values;

@@ -12,6 +12,7 @@ pub use super::types_method::{
     Compositing, DiffusionSolver, Domain, FluxLimiter, LightModel, MethodConfig, QuadratureConfig,
     SteadyConfig, Transmittance,
 };
+pub use super::types_surface::{DispersionConfig, MaterialConfig, MetaballConfig, SurfaceConfig};
 pub use super::types_transfer::{ColorMap, Outline, PointConfig, ShapeConfig, TransferConfig};
 pub use super::types_volume::{
     Axis, Endian, FieldConfig, SheppLoganRotation, VolumeConfig, VoxelKind, WindowConfig,
@@ -49,6 +50,12 @@ pub struct SceneConfig {
     /// The lights, one `[[light]]` table each.
     #[serde(default)]
     pub light: Vec<LightConfig>,
+    /// What surfaces are made of, one `[[material]]` table each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub material: Vec<MaterialConfig>,
+    /// The surfaces, one `[[surface]]` table each (caustics only).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surface: Vec<SurfaceConfig>,
     /// The rendering method and its parameters.
     pub method: MethodConfig,
     /// How the PNG preview is made, and what else the EXR image, always linear float32, holds.

@@ -17,6 +17,7 @@
 //! - [`slab`], [`half_space`]: layers, half spaces and infinite media that scatter, by transport theory
 //! - [`convection`]: direct light by upwind differences, scattered light by explicit diffusion
 //! - [`diffusion`]: the steady diffusion equation by conjugate gradients
+//! - [`surfaces`]: where rays meet surfaces
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
 
@@ -40,3 +41,4 @@ pub mod random;
 pub mod scattering;
 pub mod slab;
 pub mod sobol;
+pub mod surfaces;

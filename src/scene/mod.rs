@@ -14,6 +14,7 @@ mod light_volume;
 mod medium;
 mod method;
 mod output;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod transfer;
@@ -27,6 +28,7 @@ pub use light_volume::{DirectLight, LightVolume, ScatteredLight, Steady};
 pub use medium::{Medium, Phase, ScatteringMedium};
 pub use method::{Material, Method, MipColor, Orders, Quadrature, Scattering};
 pub use output::{FilmSettings, Image, Stop};
+pub use surface::{Metaball, Surface, SurfaceMaterial, SurfaceShape};
 pub use transfer::{Point, Shape, Table2d, Transfer, Transfer1d, Transfer2d};
 pub use volume::{FieldKind, Origin, Volume, VolumeSource};
 
@@ -59,6 +61,10 @@ pub struct Scene {
     pub transfer: Transfer,
     /// The lights, in the order of the file; may be empty.
     pub lights: Vec<Light>,
+    /// What surfaces are made of, in the order of the file; may be empty.
+    pub materials: Vec<SurfaceMaterial>,
+    /// The surfaces, in the order of the file; may be empty.
+    pub surfaces: Vec<Surface>,
     /// What rays see that leave the volume.
     pub background: Background,
     /// The rendering method.
@@ -117,6 +123,9 @@ impl Scene {
         let medium = medium::medium(&config.medium, &config.method, cx);
         let scattering = medium::scattering(&config.medium, cx);
         let lights = light::lights(&config.light, &config.method, cx);
+        let materials = surface::materials(&config.material, cx);
+        let surfaces = surface::surfaces(&config.surface, &config.material, cx);
+        surface::refuse_surfaces(&config.surface, &config.method, cx);
         let background = light::background(&config.background, cx);
         let method = method::method(&config.method, cx);
         let film = output::film(&config.film, &config.method, cx);
@@ -131,6 +140,8 @@ impl Scene {
                 phase: medium::phase(&config.phase),
                 transfer,
                 lights,
+                materials,
+                surfaces,
                 background,
                 method,
                 film,
