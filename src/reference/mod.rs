@@ -11,6 +11,7 @@
 //! - [`medium`], [`emission_absorption`]: the transfer function and the integral along a ray
 //! - [`mip`], [`isosurface`]: the largest value, the first surface and its shading
 //! - [`phase`]: phase functions
+//! - [`optics`], [`metaballs`]: boundaries of glass, and a surface that rays meet
 //! - [`lights`]: direct light at a point, and the environment map
 //! - [`scattering`]: plain Monte Carlo for any scene, and single scattering in a homogeneous box by quadrature
 //! - [`slab`], [`half_space`]: layers, half spaces and infinite media that scatter, by transport theory
@@ -31,7 +32,9 @@ pub mod half_space;
 pub mod isosurface;
 pub mod lights;
 pub mod medium;
+pub mod metaballs;
 pub mod mip;
+pub mod optics;
 pub mod phase;
 pub mod quadrature;
 pub mod random;
