@@ -18,6 +18,7 @@
 //! - [`diffusion`]: the steady diffusion equation by conjugate gradients
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
+//! - [`sort`]: the order of keys, and the items of each cell
 
 pub mod camera;
 pub mod convection;
@@ -37,3 +38,4 @@ pub mod random;
 pub mod scattering;
 pub mod slab;
 pub mod sobol;
+pub mod sort;
