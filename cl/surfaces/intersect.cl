@@ -51,7 +51,7 @@ INLINE float largest_component(float3 v) {
 }
 
 // Whether the ray meets a shape at 0 < *t < t_max.
-INLINE bool shape_hit(const struct Surfaces *s, uint index, const struct Ray *ray, float t_max, float *t) {
+INLINE bool shape_hit(const struct Surfaces *s, uint index, const struct SurfaceRay *ray, float t_max, float *t) {
     __global const struct Shape *shape = s->shapes + index;
     switch (shape->kind) {
 #ifdef SHAPE_SPHERE
@@ -69,7 +69,7 @@ INLINE bool shape_hit(const struct Surfaces *s, uint index, const struct Ray *ra
 
 // The nearest shape with 0 < *t < t_max, or NO_SHAPE; any of them if `any`.
 #define NO_SHAPE 0xffffffffu
-INLINE uint nearest_shape(const struct Surfaces *s, const struct Ray *ray, float t_max, bool any, float *t) {
+INLINE uint nearest_shape(const struct Surfaces *s, const struct SurfaceRay *ray, float t_max, bool any, float *t) {
     uint found = NO_SHAPE;
     float t_shape;
     *t = t_max;
@@ -129,7 +129,7 @@ INLINE uint nearest_shape(const struct Surfaces *s, const struct Ray *ray, float
 }
 
 // Fills in where the ray meets the shape `index` at `hit->t`.
-INLINE void describe_hit(const struct Surfaces *s, uint index, const struct Ray *ray, struct Hit *hit) {
+INLINE void describe_hit(const struct Surfaces *s, uint index, const struct SurfaceRay *ray, struct Hit *hit) {
     __global const struct Shape *shape = s->shapes + index;
     float3 point = ray->origin + hit->t * ray->direction;
     float scale = 0.0f;
@@ -164,7 +164,7 @@ INLINE void describe_hit(const struct Surfaces *s, uint index, const struct Ray 
 
 // The nearest hit with 0 < t < t_max, if there is one.
 INLINE bool surfaces_hit(const struct Surfaces *s, float3 origin, float3 direction, float t_max, struct Hit *hit) {
-    struct Ray ray = ray_through(s->nodes, s->node_count, origin, direction);
+    struct SurfaceRay ray = ray_through(s->nodes, s->node_count, origin, direction);
     uint found = nearest_shape(s, &ray, t_max, false, &hit->t);
     if (found == NO_SHAPE) {
         return false;
@@ -175,7 +175,7 @@ INLINE bool surfaces_hit(const struct Surfaces *s, float3 origin, float3 directi
 
 // Whether anything is hit with 0 < t < t_max.
 INLINE bool surfaces_block(const struct Surfaces *s, float3 origin, float3 direction, float t_max) {
-    struct Ray ray = ray_through(s->nodes, s->node_count, origin, direction);
+    struct SurfaceRay ray = ray_through(s->nodes, s->node_count, origin, direction);
     float t;
     return nearest_shape(s, &ray, t_max, true, &t) != NO_SHAPE;
 }

@@ -13,7 +13,7 @@
 #define NODE_PADDING (16.0f / 16777216.0f)
 
 // A ray, with what tests of many boxes or shapes share.
-struct Ray {
+struct SurfaceRay {
     float3 origin;
     float3 direction;
     float3 inverse; // 1 / direction, finite
@@ -33,8 +33,8 @@ INLINE float inverse_of(float x) {
     return 1.0f / (fabs(x) < LEAST_COMPONENT ? copysign(LEAST_COMPONENT, x) : x);
 }
 
-INLINE struct Ray ray_through(__global const struct Node *nodes, uint count, float3 origin, float3 direction) {
-    struct Ray ray;
+INLINE struct SurfaceRay ray_through(__global const struct Node *nodes, uint count, float3 origin, float3 direction) {
+    struct SurfaceRay ray;
     ray.origin = origin;
     ray.direction = direction;
     ray.inverse = (float3)(inverse_of(direction.x), inverse_of(direction.y), inverse_of(direction.z));
@@ -49,7 +49,7 @@ INLINE struct Ray ray_through(__global const struct Node *nodes, uint count, flo
 }
 
 // Where a ray enters a box, 0 if it starts inside; INFINITY if it misses the box or enters after `t_max`.
-INLINE float node_entry(__global const struct Node *node, const struct Ray *ray, float t_max) {
+INLINE float node_entry(__global const struct Node *node, const struct SurfaceRay *ray, float t_max) {
     float3 a = (node->low.xyz - ray->above) * ray->inverse;
     float3 b = (node->high.xyz - ray->below) * ray->inverse;
     float3 first = min(a, b);

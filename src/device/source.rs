@@ -67,6 +67,7 @@ const FILES: &[(&str, &str)] = embed![
     "render/paths.cl",
     "render/scattering.cl",
     "render/seen.cl",
+<<<<<<< HEAD
     "surfaces/disk.cl",
     "surfaces/intersect.cl",
     "surfaces/metaballs.cl",
@@ -75,6 +76,17 @@ const FILES: &[(&str, &str)] = embed![
     "surfaces/plane.cl",
     "surfaces/rectangle.cl",
     "surfaces/sphere.cl",
+=======
+    "sort/bitonic_groups.cl",
+    "sort/bitonic_items.cl",
+    "sort/bitonic_words.cl",
+    "sort/radix_groups.cl",
+    "sort/radix_items.cl",
+    "sort/radix_passes.cl",
+    "sort/ranges.cl",
+    "sort/search.cl",
+    "sort/words.cl",
+>>>>>>> sort
     "types/camera.cl",
     "types/convection.cl",
     "types/diffusion.cl",

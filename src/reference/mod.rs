@@ -20,6 +20,7 @@
 //! - [`surfaces`]: where rays meet surfaces
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
+//! - [`sort`]: the order of keys, and the items of each cell
 
 pub mod camera;
 pub mod convection;
@@ -41,4 +42,5 @@ pub mod random;
 pub mod scattering;
 pub mod slab;
 pub mod sobol;
+pub mod sort;
 pub mod surfaces;
