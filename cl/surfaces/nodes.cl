@@ -13,13 +13,22 @@
 #define NODE_PADDING (16.0f / 16777216.0f)
 
 // A ray, with what tests of many boxes or shapes share.
-struct SurfaceRay {
+struct Ray {
     float3 origin;
     float3 direction;
     float3 inverse; // 1 / direction, finite
     float3 above;   // origin + padding
     float3 below;   // origin - padding
+#ifdef SHAPE_TRIANGLE
+    uint axis;      // along which the direction is longest
+    float3 shear;   // with that axis as z: x / z, y / z and 1 / z of the direction
+#endif
 };
+
+// The coordinates in turn, so that `axis` is the last.
+INLINE float3 turned(float3 v, uint axis) {
+    return axis == 0 ? v.yzx : axis == 1 ? v.zxy : v;
+}
 
 INLINE uint node_first(__global const struct Node *node) {
     return as_uint(node->low.w);
@@ -33,11 +42,17 @@ INLINE float inverse_of(float x) {
     return 1.0f / (fabs(x) < LEAST_COMPONENT ? copysign(LEAST_COMPONENT, x) : x);
 }
 
-INLINE struct SurfaceRay ray_through(__global const struct Node *nodes, uint count, float3 origin, float3 direction) {
-    struct SurfaceRay ray;
+INLINE struct Ray ray_through(__global const struct Node *nodes, uint count, float3 origin, float3 direction) {
+    struct Ray ray;
     ray.origin = origin;
     ray.direction = direction;
     ray.inverse = (float3)(inverse_of(direction.x), inverse_of(direction.y), inverse_of(direction.z));
+#ifdef SHAPE_TRIANGLE
+    float3 size = fabs(direction);
+    ray.axis = size.x > size.y && size.x > size.z ? 0 : size.y > size.z ? 1 : 2;
+    float3 along = turned(direction, ray.axis);
+    ray.shear = (float3)(along.x / along.z, along.y / along.z, 1.0f / along.z);
+#endif
     ray.above = ray.below = origin;
     if (count > 0) {
         float3 most = max(fabs(nodes[0].low.xyz), fabs(nodes[0].high.xyz)) + fabs(origin);
@@ -49,7 +64,7 @@ INLINE struct SurfaceRay ray_through(__global const struct Node *nodes, uint cou
 }
 
 // Where a ray enters a box, 0 if it starts inside; INFINITY if it misses the box or enters after `t_max`.
-INLINE float node_entry(__global const struct Node *node, const struct SurfaceRay *ray, float t_max) {
+INLINE float node_entry(__global const struct Node *node, const struct Ray *ray, float t_max) {
     float3 a = (node->low.xyz - ray->above) * ray->inverse;
     float3 b = (node->high.xyz - ray->below) * ray->inverse;
     float3 first = min(a, b);

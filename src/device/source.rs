@@ -67,16 +67,6 @@ const FILES: &[(&str, &str)] = embed![
     "render/paths.cl",
     "render/scattering.cl",
     "render/seen.cl",
-<<<<<<< HEAD
-    "surfaces/disk.cl",
-    "surfaces/intersect.cl",
-    "surfaces/metaballs.cl",
-    "surfaces/nodes.cl",
-    "surfaces/optics.cl",
-    "surfaces/plane.cl",
-    "surfaces/rectangle.cl",
-    "surfaces/sphere.cl",
-=======
     "sort/bitonic_groups.cl",
     "sort/bitonic_items.cl",
     "sort/bitonic_words.cl",
@@ -86,7 +76,16 @@ const FILES: &[(&str, &str)] = embed![
     "sort/ranges.cl",
     "sort/search.cl",
     "sort/words.cl",
->>>>>>> sort
+    "surfaces/box.cl",
+    "surfaces/disk.cl",
+    "surfaces/intersect.cl",
+    "surfaces/metaballs.cl",
+    "surfaces/nodes.cl",
+    "surfaces/optics.cl",
+    "surfaces/plane.cl",
+    "surfaces/rectangle.cl",
+    "surfaces/sphere.cl",
+    "surfaces/triangle.cl",
     "types/camera.cl",
     "types/convection.cl",
     "types/diffusion.cl",
@@ -111,6 +110,8 @@ const FILES: &[(&str, &str)] = embed![
     "volume/tracking.cl",
     "volume/transfer.cl",
     "volume/transmittance.cl",
+=======
+>>>>>>> surfaces
 ];
 
 /// Identifies the sources of all kernels: 32 hexadecimal digits.
