@@ -154,11 +154,11 @@ INLINE uint follow(struct Sample *sample, struct Branch ray, struct Hit *hit, st
 }
 
 __kernel void render_caustics(__constant struct Frame *frame, __constant struct Camera *camera,
-    __constant struct Caustics *method, __global const struct Shape *shapes, __global const struct Node *nodes,
-    __global const struct Ball *balls, __global const float4 *normals, __global const uint *materials_of,
-    __global const struct Material *materials, __global const struct Light *lights,
-    __global const float4 *environment, PHOTON_MAP_ARGUMENTS, __global struct FilmPixel *film, uint first_tile,
-    uint tile_count, uint first_sample, uint sample_count) {
+    __constant struct Caustics *method, __global const struct Light *lights, __global const float4 *environment,
+    __global const struct Shape *shapes, __global const struct Node *nodes, __global const struct Ball *balls,
+    __global const float4 *normals, __global const uint *materials_of, __global const struct Material *materials,
+    PHOTON_MAP_ARGUMENTS, __global struct FilmPixel *film, uint first_tile, uint tile_count, uint first_sample,
+    uint sample_count) {
     int pixel = frame_pixel(camera->width, camera->height, first_tile, tile_count);
     if (pixel < 0) {
         return;
@@ -187,8 +187,8 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
         s.draws = 0u;
         s.looked_at = 0u;
         s.radiance = (float3)(0.0f);
-        struct Ray ray = camera_ray(camera, (uint)pixel, index, keys);
-        struct Branch branches[BRANCHES + 1];
+        struct CameraRay ray = camera_ray(camera, (uint)pixel, index, keys);
+        struct Branch branches[BRANCHES];
         branches[0].origin = ray.origin + ray.t_min * ray.direction;
         branches[0].direction = ray.direction;
         branches[0].weight = (float3)(1.0f);

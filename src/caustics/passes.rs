@@ -2,18 +2,15 @@
 //!
 //! A pass is a function of its number and the scene alone, so a render may be cut, stopped and resumed anywhere.
 
-use super::{
-    EmissionSettings, MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonSettings, PhotonTracer, pass_radius,
-};
+use super::{MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonTracer, pass_radius, photon_settings};
 use crate::Result;
 use crate::device::{Arg, Device, LAUNCH_TARGET, Pacer};
 use crate::render::Plan;
 use crate::render::caustics::CausticsSetup;
-use crate::scene::CausticsDirect;
 use crate::surfaces::SurfaceBuffers;
 use serde::Serialize;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// What the passes of a session did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -71,9 +68,15 @@ impl Passes {
     pub fn new(device: &Device, plan: &Plan<'_>, setup: &CausticsSetup) -> Result<Self> {
         let surfaces = Arc::new(SurfaceBuffers::new(device, &setup.surfaces)?);
         let lights = &plan.scene.lights;
-        let settings = photon_settings(plan, setup);
-        let tracer =
-            PhotonTracer::new(device, lights, &setup.surfaces, Arc::clone(&surfaces), &plan.local, &settings)?;
+        let settings = photon_settings(&setup.settings, plan.scene.seed);
+        let tracer = PhotonTracer::new(
+            device,
+            lights,
+            &setup.surfaces,
+            Arc::clone(&surfaces),
+            &plan.local,
+            &settings,
+        )?;
         let mut map = PhotonMap::new(device, setup.map, &setup.receivers, tracer.capacity() as usize)?;
         // Kernels take a map, be it an empty one.
         map.build(device, tracer.photons(), 0, setup.radius as f32)?;
@@ -168,19 +171,5 @@ impl Passes {
         (self.mapped, self.traced) = (None, (0, 0));
         self.ledger = PassLedger::default();
         self.facts = PassFacts { photons: self.facts.photons, ..PassFacts::default() };
-    }
-}
-
-/// How the photons of a plan are traced.
-pub fn photon_settings(plan: &Plan<'_>, setup: &CausticsSetup) -> PhotonSettings {
-    PhotonSettings {
-        emission: EmissionSettings {
-            photons: setup.settings.photons,
-            emission: setup.settings.flux.into(),
-            target: setup.settings.target,
-        },
-        depth: setup.settings.depth,
-        seed: plan.scene.seed,
-        store_direct: setup.settings.direct == CausticsDirect::Photons,
     }
 }

@@ -4,7 +4,7 @@
 use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodSetup};
-use crate::caustics::{MapSettings, Receiver};
+use crate::caustics::{MapSettings, Receiver, map_settings, receiver};
 use crate::device::ProgramSpec;
 use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
 use crate::surfaces::{self, Bounds, Meshes, SurfaceArrays};
@@ -57,9 +57,8 @@ pub struct CausticsSetup {
 /// The frame in which the surfaces are computed: that of what reflects and refracts, where float32 is needed most.
 pub fn frame(scene: &Scene, meshes: &Meshes) -> LocalFrame {
     let bounds = |specular: bool| {
-        let wanted = |surface: &crate::scene::Surface| {
-            !specular || scene.materials[surface.material].is_specular()
-        };
+        let wanted =
+            |surface: &crate::scene::Surface| !specular || scene.materials[surface.material].is_specular();
         surfaces::bounds_of(&scene.surfaces, meshes, wanted)
     };
     let whole = bounds(true).or_else(|| bounds(false)).unwrap_or_else(|| {
@@ -68,7 +67,12 @@ pub fn frame(scene: &Scene, meshes: &Meshes) -> LocalFrame {
         Bounds { low: camera.target - half, high: camera.target + half }
     });
     let size = whole.size();
-    LocalFrame { origin: whole.low, unit: size.max_element(), dims: [1; 3], spacing: size / size.max_element() }
+    LocalFrame {
+        origin: whole.low,
+        unit: size.max_element(),
+        dims: [1; 3],
+        spacing: size / size.max_element(),
+    }
 }
 
 /// Makes the method ready.
@@ -84,7 +88,7 @@ pub fn prepare(
 ) -> Result<MethodSetup> {
     let surfaces = SurfaceArrays::new(&scene.surfaces, &scene.materials, meshes, local)?;
     let lights = device_lights(&scene.lights, local, frame);
-    let map = map_settings(&settings);
+    let map = map_settings(&settings.gather);
     let extent = surfaces.specular_bounds.or(surfaces.bounds).map_or(local.unit, |b| b.size().max_element());
     let radius = settings.radius.unwrap_or(RADIUS * extent) / local.unit;
     let photons = photons_wanted(scene, &settings, &surfaces);
@@ -115,7 +119,7 @@ pub fn prepare(
         light: None,
         caustics: Some(Box::new(CausticsSetup {
             settings: Caustics { photons: if photons { settings.photons } else { 0 }, ..settings },
-            receivers: scene.surfaces.iter().map(|surface| Receiver::of(&surface.shape, local)).collect(),
+            receivers: scene.surfaces.iter().map(|surface| receiver(&surface.shape, local)).collect(),
             surfaces,
             map,
             radius,
@@ -125,7 +129,8 @@ pub fn prepare(
 
 /// A buffer is not empty.
 fn lights_buffer(lights: &[DeviceLight]) -> HostBuffer {
-    HostBuffer::new("lights", if lights.is_empty() { &[DeviceLight::zeroed()] } else { lights })
+    let none = [DeviceLight::zeroed()];
+    HostBuffer::new("lights", if lights.is_empty() { &none } else { lights })
 }
 
 /// All lights, rectangles first.
@@ -135,19 +140,6 @@ fn device_lights(lights: &[Light], local: &LocalFrame, frame: &mut DeviceFrame) 
     frame.rectangle_count = rectangles.len() as u32;
     frame.light_count = lights.len() as u32;
     rectangles.into_iter().chain(others).map(|light| DeviceLight::new(light, local)).collect()
-}
-
-fn map_settings(settings: &Caustics) -> MapSettings {
-    let gather = settings.gather;
-    MapSettings {
-        acceleration: gather.acceleration.into(),
-        sort: gather.sort.into(),
-        fill: gather.fill.into(),
-        weighting: gather.kernel.into(),
-        paper_weights: gather.paper_intensity.is_some(),
-        edge_correction: gather.edge_correction,
-        ..MapSettings::default()
-    }
 }
 
 /// Whether there is anything that photons would bring.

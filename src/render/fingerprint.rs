@@ -4,6 +4,7 @@ use super::load::DataRef;
 use super::plan::Plan;
 use crate::scene::{Background, Table2d, Transfer, VolumeSource};
 use crate::{Error, Result};
+use glam::DVec3;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
@@ -51,11 +52,21 @@ pub fn data_hash<'a>(plan: &Plan<'_>, data: impl Into<DataRef<'a>>) -> Result<St
     let mut fingerprint = Fingerprint::new();
     let mut files = false;
     let source = scene.volume.as_ref().map(|volume| &volume.source);
-    if let (Some(VolumeSource::File { .. }), Some(volume)) = (source, data.into().volume) {
+    let data = data.into();
+    if let (Some(VolumeSource::File { .. }), Some(volume)) = (source, data.volume) {
         let geometry = [volume.spacing.x, volume.spacing.y, volume.spacing.z, volume.slope, volume.intercept];
         let what = format!("{:?} {} {geometry:?}", volume.dims, volume.voxel_type().name());
         fingerprint.add(&what, volume.voxels.as_bytes());
         files = true;
+    }
+    for (index, _) in scene.surfaces.iter().enumerate() {
+        if let Some(mesh) = data.meshes.of(index) {
+            fingerprint.add("points of a mesh", bytemuck::cast_slice(&flat(&mesh.points)));
+            fingerprint.add("triangles of a mesh", bytemuck::cast_slice(&mesh.triangles));
+            let normals = mesh.normals.iter().flatten().flatten().copied().collect::<Vec<_>>();
+            fingerprint.add("normals of a mesh", bytemuck::cast_slice(&flat(&normals)));
+            files = true;
+        }
     }
     if let Background::Environment { .. } = scene.background {
         fingerprint.add("environment", &plan.environment.bytes);
@@ -70,6 +81,10 @@ pub fn data_hash<'a>(plan: &Plan<'_>, data: impl Into<DataRef<'a>>) -> Result<St
         files = true;
     }
     Ok(if files { fingerprint.finish() } else { "none".into() })
+}
+
+fn flat(vectors: &[DVec3]) -> Vec<[f64; 3]> {
+    vectors.iter().map(|vector| vector.to_array()).collect()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use crate::film::FilmPixel;
 use crate::scene::{
     self, Endian as SceneEndian, FieldKind, Scene, SheppLoganRotation, VolumeSource, VoxelKind,
 };
+use crate::surfaces::{self, Meshes};
 use crate::volume::field::{
     AnyField, Axis, Cloud, Constant, Hydrogen, MarschnerLobb, Ramp, Rotation, SheppLogan, Sphere, sample,
 };
@@ -17,6 +18,8 @@ use glam::DVec3;
 pub struct SceneData {
     /// The volume, where the scene has one.
     pub volume: Option<Volume>,
+    /// The meshes among its surfaces.
+    pub meshes: Meshes,
 }
 
 impl SceneData {
@@ -25,7 +28,10 @@ impl SceneData {
     /// # Errors
     /// As [`load_volume`].
     pub fn load(scene: &Scene) -> Result<Self> {
-        Ok(Self { volume: scene.volume.as_ref().map(load_volume).transpose()? })
+        Ok(Self {
+            volume: scene.volume.as_ref().map(load_volume).transpose()?,
+            meshes: surfaces::load(&scene.surfaces, &scene.materials)?,
+        })
     }
 }
 
@@ -34,17 +40,19 @@ impl SceneData {
 pub struct DataRef<'a> {
     /// The volume, where the scene has one.
     pub volume: Option<&'a Volume>,
+    /// The meshes among its surfaces.
+    pub meshes: &'a Meshes,
 }
 
 impl<'a> From<&'a SceneData> for DataRef<'a> {
     fn from(data: &'a SceneData) -> Self {
-        Self { volume: data.volume.as_ref() }
+        Self { volume: data.volume.as_ref(), meshes: &data.meshes }
     }
 }
 
 impl<'a> From<&'a Volume> for DataRef<'a> {
     fn from(volume: &'a Volume) -> Self {
-        Self { volume: Some(volume) }
+        Self { volume: Some(volume), meshes: Meshes::NONE }
     }
 }
 

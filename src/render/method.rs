@@ -1,5 +1,6 @@
 //! What a rendering method is to the rest: a program, and the data its kernel reads.
 
+use super::caustics::CausticsSetup;
 use super::grid::{BrickRanges, Grid};
 use super::light_volume::LightSetup;
 use super::local::LocalFrame;
@@ -83,6 +84,8 @@ pub struct MethodSetup {
     pub details: Vec<String>,
     /// What computes the light in the volume, for methods that project it.
     pub light: Option<Box<LightSetup>>,
+    /// What traces and gathers photons, for caustics.
+    pub caustics: Option<Box<CausticsSetup>>,
 }
 
 /// What a method is made ready from.

@@ -2,6 +2,7 @@
 
 use super::auxiliary::Auxiliary;
 use super::camera::DeviceCamera;
+use super::caustics;
 use super::ledger::Ledger;
 use super::light_volume::LightSetup;
 use super::load::DataRef;
@@ -13,7 +14,7 @@ use crate::device::{MemoryPlan, ProgramSpec};
 use crate::film::FilmPixel;
 use crate::irradiance;
 use crate::picture::Environment;
-use crate::scene::{Background, CameraKind, DirectLight, Filter, Scene};
+use crate::scene::{Background, CameraKind, DirectLight, Filter, Method, Scene};
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 
@@ -48,7 +49,8 @@ impl<'a> Plan<'a> {
     /// cannot be read.
     pub fn new(scene: &'a Scene, data: impl Into<DataRef<'a>>, brick_shift: u32) -> Result<Self> {
         let mut notes = Vec::new();
-        let mut volume = match (&scene.volume, data.into().volume) {
+        let data = data.into();
+        let mut volume = match (&scene.volume, data.volume) {
             (Some(settings), Some(volume)) => {
                 Some(PlannedVolume::new(settings, volume, brick_shift, &mut notes)?)
             }
@@ -62,8 +64,14 @@ impl<'a> Plan<'a> {
         };
         let map = environment_map(scene, &mut notes)?;
         let environment = background(scene, map.as_ref(), &mut frame);
-        let local = volume.as_ref().map(|volume| volume.local).ok_or_else(no_volume)?;
+        let local = match &volume {
+            Some(volume) => volume.local,
+            None => caustics::frame(scene, data.meshes),
+        };
         let mut method = match &volume {
+            _ if let Method::Caustics(settings) = scene.method => {
+                caustics::prepare(scene, settings, data.meshes, &local, &mut frame)?
+            }
             Some(PlannedVolume { grid, bricks, local, window, .. }) => {
                 let window = *window;
                 let input = MethodInput { scene, grid, bricks, local, window, environment: map.as_ref() };

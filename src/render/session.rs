@@ -4,6 +4,7 @@ use super::auxiliary::Auxiliary;
 use super::ledger::{Ledger, PathLedger};
 use super::plan::Plan;
 use super::resume::SavedFilm;
+use crate::caustics::{PassFacts, PassLedger, Passes};
 use crate::device::{
     Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, LAUNCH_TARGET, Pacer, Program, ProgramSpec,
 };
@@ -22,6 +23,9 @@ pub(super) const TILE: u32 = 8;
 /// CPUs get the form of the kernel that works on eight samples at a time where there is one: their compilers do not
 /// vectorise divergent loops over work-items. It indexes voxels in 32 bits.
 fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
+    if let Some(caustics) = &plan.method.caustics {
+        return caustics.map.define(plan.spec.clone(), device);
+    }
     let lanes = plan.method.lanes && device.kind == DeviceKind::Cpu && plan.voxels() < 1 << 31;
     let mut spec = plan.spec.clone().feature("LANES", lanes);
     if plan.method.paths {
@@ -80,6 +84,7 @@ pub struct Session {
     film: Buffer<FilmPixel>,
     paths: Option<PathBuffers>,
     light: Option<Light>,
+    passes: Option<Box<Passes>>,
     light_facts: Option<LightFacts>,
     light_time: Duration,
     /// Set when the user wants to stop.
@@ -158,6 +163,11 @@ impl Session {
             }
             _ => None,
         };
+        let passes =
+            plan.method.caustics.as_ref().map(|setup| Passes::new(&device, plan, setup).map(Box::new));
+        let passes = passes.transpose()?;
+        let build_time =
+            program.build_time + passes.as_ref().map_or(Duration::ZERO, |passes| passes.build_time);
         Ok(Self {
             kernel,
             inputs,
@@ -165,6 +175,7 @@ impl Session {
             film,
             paths,
             light,
+            passes,
             light_facts: None,
             light_time: Duration::ZERO,
             interrupt: None,
@@ -173,7 +184,7 @@ impl Session {
             pacer: Pacer::new(LAUNCH_TARGET),
             launch_limit: None,
             progress: Progress::default(),
-            build_time: program.build_time,
+            build_time,
             build_cached: program.cached,
             device,
         })
@@ -214,6 +225,16 @@ impl Session {
         self.light_facts.as_ref()
     }
 
+    /// What the passes of this session did, for caustics.
+    pub fn pass_facts(&self) -> Option<&PassFacts> {
+        self.passes.as_ref().map(|passes| passes.facts())
+    }
+
+    /// Where the flux of the photons of all runs went, for caustics.
+    pub fn photons(&self) -> Option<&PassLedger> {
+        self.passes.as_ref().map(|passes| passes.ledger())
+    }
+
     /// The device it runs on.
     pub fn device(&self) -> &Device {
         &self.device
@@ -231,11 +252,24 @@ impl Session {
         if let Some(Light::Computing(_)) = self.light {
             return self.step_light();
         }
+        let mut most_samples = self.device.info().samples_per_launch();
+        if let Some(passes) = &mut self.passes {
+            let pass = self.progress.samples;
+            if !passes.is_ready(pass) {
+                let start = Instant::now();
+                passes.step(&self.device, pass)?;
+                self.progress.launches += 1;
+                self.progress.device_time += start.elapsed();
+                return Ok(());
+            }
+            // Each sample has photons of its own.
+            most_samples = 1;
+        }
         let units = self.pacer.next(u64::from(self.tiles).min(64)).min(self.launch_limit.unwrap_or(u64::MAX));
         let tiles = u64::from(self.tiles);
         let (first_tile, tile_count, samples) = if self.progress.tiles == 0 && units >= tiles {
             let samples = u32::try_from(units / tiles).unwrap_or(u32::MAX);
-            (0, self.tiles, samples.min(left).min(self.device.info().samples_per_launch()))
+            (0, self.tiles, samples.min(left).min(most_samples))
         } else {
             let remaining = self.tiles - self.progress.tiles;
             (self.progress.tiles, u32::try_from(units).unwrap_or(u32::MAX).min(remaining), 1)
@@ -271,6 +305,9 @@ impl Session {
         let mut arguments: Vec<Arg<'_>> = self.inputs.iter().map(|input| Arg::from(&**input)).collect();
         if let Some(Light::Done(light)) = &self.light {
             arguments.extend(light.arguments());
+        }
+        if let Some(passes) = &self.passes {
+            arguments.extend(passes.arguments());
         }
         arguments.push((&self.film).into());
         let mut items = tile_count as usize * (TILE * TILE) as usize;
@@ -323,6 +360,9 @@ impl Session {
             paths.auxiliary = Buffer::zeroed(&self.device, paths.auxiliary.len())?;
             paths.earlier = PathLedger::default();
         }
+        if let Some(passes) = &mut self.passes {
+            passes.reset();
+        }
         self.progress = Progress { launches: self.progress.launches, ..Progress::default() };
         Ok(())
     }
@@ -358,6 +398,9 @@ impl Session {
             }
         }
         self.progress = saved.spent.progress;
+        if let (Some(passes), Some(ledger)) = (&mut self.passes, saved.photons) {
+            passes.restore(ledger);
+        }
         self.build_time += saved.spent.build;
         Ok(())
     }

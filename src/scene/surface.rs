@@ -135,8 +135,8 @@ pub struct Metaball {
 }
 
 /// Whether a method renders surfaces.
-fn renders_surfaces(_: &MethodConfig) -> bool {
-    false
+fn renders_surfaces(method: &MethodConfig) -> bool {
+    matches!(method, MethodConfig::Caustics { .. })
 }
 
 /// Reports surfaces that the method would leave out.

@@ -51,6 +51,9 @@ pub struct Meshes {
 }
 
 impl Meshes {
+    /// Those of a scene without surfaces.
+    pub const NONE: &'static Self = &Self { by_surface: Vec::new(), notes: Vec::new() };
+
     /// The mesh of a surface, if it is one.
     pub fn of(&self, surface: usize) -> Option<&Mesh> {
         self.by_surface.get(surface)?.as_ref()
