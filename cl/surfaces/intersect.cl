@@ -6,11 +6,15 @@
 #include "types/surface.cl"
 #include "surfaces/nodes.cl"
 #include "surfaces/plane.cl"
-#ifdef SHAPE_SPHERE
 #include "surfaces/sphere.cl"
-#endif
-#ifdef SHAPE_RECTANGLE
 #include "surfaces/rectangle.cl"
+#include "surfaces/disk.cl"
+#include "surfaces/box.cl"
+#ifdef SHAPE_METABALLS
+#include "surfaces/metaballs.cl"
+#endif
+#ifdef SHAPE_TRIANGLE
+#include "surfaces/triangle.cl"
 #endif
 
 // How far a ray must start from the surface that it leaves, relative to the coordinates there: what rounding may do to
@@ -50,8 +54,9 @@ INLINE float largest_component(float3 v) {
     return max(max(v.x, v.y), v.z);
 }
 
-// Whether the ray meets a shape at 0 < *t < t_max.
-INLINE bool shape_hit(const struct Surfaces *s, uint index, const struct Ray *ray, float t_max, float *t) {
+// Whether the ray meets a shape at 0 < *t < t_max; for metaballs, with what normal.
+INLINE bool shape_hit(const struct Surfaces *s, uint index, const struct Ray *ray, float t_max, float *t,
+                      float3 *normal) {
     __global const struct Shape *shape = s->shapes + index;
     switch (shape->kind) {
 #ifdef SHAPE_SPHERE
@@ -62,16 +67,43 @@ INLINE bool shape_hit(const struct Surfaces *s, uint index, const struct Ray *ra
     case SURFACE_RECTANGLE:
         return rectangle_hit(shape->a.xyz, shape->b.xyz, shape->c.xyz, shape->d, ray->origin, ray->direction, t_max, t);
 #endif
+#ifdef SHAPE_DISK
+    case SURFACE_DISK:
+        return disk_hit(shape->a, shape->b, ray->origin, ray->direction, t_max, t);
+#endif
+#ifdef SHAPE_BOX
+    case SURFACE_BOX:
+        return box_hit(shape->a.xyz, shape->b.xyz, ray, t_max, t);
+#endif
+#ifdef SHAPE_METABALLS
+    case SURFACE_METABALLS: {
+        // Within its bounds, outside of which the field is 0 or less: only finite stretches have coefficients.
+        struct Slabs slabs = box_slabs(shape->a.xyz, shape->b.xyz, ray);
+        float enters = max(max(slabs.first.x, slabs.first.y), max(slabs.first.z, 0.0f));
+        float leaves = min(min(slabs.last.x, slabs.last.y), min(slabs.last.z, t_max));
+        return enters < leaves
+            && metaballs_hit(s->balls, shape->first, shape->count, shape->c.x, ray->origin, ray->direction, enters, leaves,
+                             t, normal)
+            && *t > 0.0f && *t < t_max;
+    }
+#endif
+#ifdef SHAPE_TRIANGLE
+    case SURFACE_TRIANGLE:
+        return triangle_hit(shape->a.xyz, shape->b.xyz, shape->c.xyz, ray, t_max, t);
+#endif
     default:
         return false;
     }
 }
 
-// The nearest shape with 0 < *t < t_max, or NO_SHAPE; any of them if `any`.
+// The nearest shape with 0 < *t < t_max, or NO_SHAPE; any of them if `any`. Metaballs: with what normal.
 #define NO_SHAPE 0xffffffffu
-INLINE uint nearest_shape(const struct Surfaces *s, const struct Ray *ray, float t_max, bool any, float *t) {
+INLINE uint nearest_shape(const struct Surfaces *s, const struct Ray *ray, float t_max, bool any, float *t,
+                          float3 *normal) {
     uint found = NO_SHAPE;
     float t_shape;
+    float3 shape_normal = ray->direction;
+    *normal = shape_normal;
     *t = t_max;
 #ifdef SHAPE_PLANE
     for (uint i = 0; i < s->plane_count; ++i) {
@@ -110,8 +142,9 @@ INLINE uint nearest_shape(const struct Surfaces *s, const struct Ray *ray, float
                 continue;
             }
             for (uint i = first; i < first + count; ++i) {
-                if (shape_hit(s, i, ray, *t, &t_shape)) {
+                if (shape_hit(s, i, ray, *t, &t_shape, &shape_normal)) {
                     *t = t_shape;
+                    *normal = shape_normal;
                     found = i;
                 }
             }
@@ -128,10 +161,11 @@ INLINE uint nearest_shape(const struct Surfaces *s, const struct Ray *ray, float
     }
 }
 
-// Fills in where the ray meets the shape `index` at `hit->t`.
+// Fills in where the ray meets the shape `index` at `hit->t`; for metaballs, `hit->face` is there.
 INLINE void describe_hit(const struct Surfaces *s, uint index, const struct Ray *ray, struct Hit *hit) {
     __global const struct Shape *shape = s->shapes + index;
     float3 point = ray->origin + hit->t * ray->direction;
+    // Of the coordinates that its test computes with, besides the point's.
     float scale = 0.0f;
     switch (shape->kind) {
 #ifdef SHAPE_PLANE
@@ -152,10 +186,38 @@ INLINE void describe_hit(const struct Surfaces *s, uint index, const struct Ray 
         point = plane_point(shape->d, point);
         break;
 #endif
+#ifdef SHAPE_DISK
+    case SURFACE_DISK:
+        hit->face = shape->b.xyz;
+        point = plane_point(shape->b, point);
+        break;
+#endif
+#ifdef SHAPE_BOX
+    case SURFACE_BOX:
+        point = box_point(shape->a.xyz, shape->b.xyz, ray, point, &hit->face);
+        break;
+#endif
+#ifdef SHAPE_METABALLS
+    case SURFACE_METABALLS:
+        scale = largest_component(max(fabs(shape->a.xyz), fabs(shape->b.xyz))) + largest_component(ray->origin);
+        break;
+#endif
+#ifdef SHAPE_TRIANGLE
+    case SURFACE_TRIANGLE:
+        hit->face = shape->d.xyz;
+        point = plane_point(shape->d, point);
+        scale = largest_component(max(max(fabs(shape->a.xyz), fabs(shape->b.xyz)), fabs(shape->c.xyz)));
+        break;
+#endif
     default:
         break;
     }
     hit->normal = hit->face;
+#ifdef SHAPE_SMOOTH
+    if (shape->kind == SURFACE_TRIANGLE && shape->first != NO_NORMALS) {
+        hit->normal = triangle_normal(shape->a.xyz, shape->b.xyz, shape->c.xyz, s->normals + shape->first, hit->face, ray);
+    }
+#endif
     hit->point = point;
     hit->margin = SURFACE_MARGIN * (largest_component(point) + scale);
     hit->surface = shape->surface;
@@ -165,7 +227,7 @@ INLINE void describe_hit(const struct Surfaces *s, uint index, const struct Ray 
 // The nearest hit with 0 < t < t_max, if there is one.
 INLINE bool surfaces_hit(const struct Surfaces *s, float3 origin, float3 direction, float t_max, struct Hit *hit) {
     struct Ray ray = ray_through(s->nodes, s->node_count, origin, direction);
-    uint found = nearest_shape(s, &ray, t_max, false, &hit->t);
+    uint found = nearest_shape(s, &ray, t_max, false, &hit->t, &hit->face);
     if (found == NO_SHAPE) {
         return false;
     }
@@ -177,5 +239,6 @@ INLINE bool surfaces_hit(const struct Surfaces *s, float3 origin, float3 directi
 INLINE bool surfaces_block(const struct Surfaces *s, float3 origin, float3 direction, float t_max) {
     struct Ray ray = ray_through(s->nodes, s->node_count, origin, direction);
     float t;
-    return nearest_shape(s, &ray, t_max, true, &t) != NO_SHAPE;
+    float3 normal;
+    return nearest_shape(s, &ray, t_max, true, &t, &normal) != NO_SHAPE;
 }

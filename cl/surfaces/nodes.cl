@@ -19,7 +19,16 @@ struct Ray {
     float3 inverse; // 1 / direction, finite
     float3 above;   // origin + padding
     float3 below;   // origin - padding
+#ifdef SHAPE_TRIANGLE
+    uint axis;      // along which the direction is longest
+    float3 shear;   // with that axis as z: x / z, y / z and 1 / z of the direction
+#endif
 };
+
+// The coordinates in turn, so that `axis` is the last.
+INLINE float3 turned(float3 v, uint axis) {
+    return axis == 0 ? v.yzx : axis == 1 ? v.zxy : v;
+}
 
 INLINE uint node_first(__global const struct Node *node) {
     return as_uint(node->low.w);
@@ -38,6 +47,12 @@ INLINE struct Ray ray_through(__global const struct Node *nodes, uint count, flo
     ray.origin = origin;
     ray.direction = direction;
     ray.inverse = (float3)(inverse_of(direction.x), inverse_of(direction.y), inverse_of(direction.z));
+#ifdef SHAPE_TRIANGLE
+    float3 size = fabs(direction);
+    ray.axis = size.x > size.y && size.x > size.z ? 0 : size.y > size.z ? 1 : 2;
+    float3 along = turned(direction, ray.axis);
+    ray.shear = (float3)(along.x / along.z, along.y / along.z, 1.0f / along.z);
+#endif
     ray.above = ray.below = origin;
     if (count > 0) {
         float3 most = max(fabs(nodes[0].low.xyz), fabs(nodes[0].high.xyz)) + fabs(origin);

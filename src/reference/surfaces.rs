@@ -1,5 +1,6 @@
 //! Surfaces as rays meet them, one after the other, each by the equation of its shape.
 
+use super::metaballs::{Ball, Metaballs};
 use crate::scene::{Metaball, Surface, SurfaceShape};
 use crate::surfaces::Meshes;
 use glam::DVec3;
@@ -41,7 +42,7 @@ pub fn nearest_hit(
     Some(Hit { t, point: origin + t * direction, normal, surface })
 }
 
-/// Every crossing of a line with a shape: distance along the line, and the outward normal.
+/// Every crossing of a line with a shape (of metaballs, the first ahead): distance along the line, and the outward normal.
 fn hits(shape: &SurfaceShape, meshes: &Meshes, index: usize, o: DVec3, d: DVec3) -> Vec<(f64, DVec3)> {
     match *shape {
         SurfaceShape::Plane { point, normal } => on_plane(point, normal, o, d).into_iter().collect(),
@@ -62,7 +63,7 @@ fn hits(shape: &SurfaceShape, meshes: &Meshes, index: usize, o: DVec3, d: DVec3)
             on_plane(centre, normal, o, d).filter(within).into_iter().collect()
         }
         SurfaceShape::Box { low, high } => on_box(low, high, o, d),
-        SurfaceShape::Metaballs { ref balls, threshold } => metaballs(balls, threshold, o, d),
+        SurfaceShape::Metaballs { ref balls, threshold } => metaballs(balls, threshold, o, d).into_iter().collect(),
         SurfaceShape::Mesh { .. } => {
             let faces = meshes.of(index).into_iter().flat_map(|mesh| mesh.faces());
             faces.filter_map(|(corners, _)| triangle(corners, o, d)).collect()
@@ -111,40 +112,12 @@ fn triangle(corners: [DVec3; 3], o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
     (a >= 0.0 && b >= 0.0 && a + b <= 1.0).then_some(hit)
 }
 
-/// Field minus threshold, and its gradient.
-pub fn field(balls: &[Metaball], threshold: f64, p: DVec3) -> (f64, DVec3) {
-    balls.iter().fold((-threshold, DVec3::ZERO), |(value, gradient), ball| {
-        let way = p - ball.centre;
-        let rest = 1.0 - way.length_squared() / (ball.radius * ball.radius);
-        if rest <= 0.0 {
-            return (value, gradient);
-        }
-        let slope = -4.0 * ball.weight * rest / (ball.radius * ball.radius);
-        (value + ball.weight * rest * rest, gradient + slope * way)
-    })
-}
-
-/// Changes of the field's sign at dense samples, each found by halves.
-fn metaballs(balls: &[Metaball], threshold: f64, o: DVec3, d: DVec3) -> Vec<(f64, DVec3)> {
-    const SAMPLES: usize = 2000;
-    let ends: Vec<f64> =
-        balls.iter().filter_map(|ball| sphere(ball.centre, ball.radius, o, d)).flatten().collect();
-    let first = ends.iter().copied().fold(f64::INFINITY, f64::min);
-    let last = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let value = |t: f64| field(balls, threshold, o + t * d).0;
-    let place = |k: usize| first + (last - first) * k as f64 / SAMPLES as f64;
-    let mut hits = Vec::new();
-    for k in 0..SAMPLES {
-        let (mut low, mut high) = (place(k), place(k + 1));
-        let rises = value(high) > 0.0;
-        if (value(low) > 0.0) == rises {
-            continue;
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if (value(middle) > 0.0) == rises { high = middle } else { low = middle }
-        }
-        hits.push((high, -field(balls, threshold, o + high * d).1.normalize()));
-    }
-    hits
+/// The first crossing ahead. Outside of its balls there is nothing.
+fn metaballs(balls: &[Metaball], threshold: f64, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
+    let ends = balls.iter().filter_map(|ball| sphere(ball.centre, ball.radius, o, d)).flatten();
+    let last = ends.fold(0.0, f64::max);
+    let ball = |&Metaball { centre, radius, weight }: &Metaball| Ball { centre, radius, weight };
+    let body = Metaballs { balls: balls.iter().map(ball).collect(), threshold };
+    let crossing = body.crossing(o, d, [0.0, last], 4000)?;
+    Some((crossing.t, crossing.normal))
 }
