@@ -11,6 +11,9 @@ macro_rules! embed {
 
 /// Every file of `cl/`, by its path below that folder.
 const FILES: &[(&str, &str)] = embed![
+    "caustics/emission.cl",
+    "caustics/photons.cl",
+    "caustics/spectrum.cl",
     "common/directions.cl",
     "common/exponential.cl",
     "common/inline.cl",
@@ -89,6 +92,7 @@ const FILES: &[(&str, &str)] = embed![
     "types/camera.cl",
     "types/convection.cl",
     "types/diffusion.cl",
+    "types/emission.cl",
     "types/film.cl",
     "types/frame.cl",
     "types/irradiance.cl",

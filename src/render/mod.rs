@@ -69,4 +69,7 @@ pub const LAYOUTS: &[StructLayout] = &[
     crate::surfaces::DeviceNode::LAYOUT,
     crate::surfaces::DeviceMaterial::LAYOUT,
     crate::caustics::Photon::LAYOUT,
+    crate::caustics::PhotonAccount::LAYOUT,
+    crate::caustics::Emitter::LAYOUT,
+    crate::caustics::PhotonFrame::LAYOUT,
 ];

@@ -274,14 +274,18 @@ fn device_material(material: &SurfaceMaterial, unit: f64) -> DeviceMaterial {
         pad_2: 0,
     };
     match *material {
-        SurfaceMaterial::Diffuse { color } => DeviceMaterial { color: float3(color), kind: 0, ..blank },
-        SurfaceMaterial::Mirror { color } => DeviceMaterial { color: float3(color), kind: 1, ..blank },
+        SurfaceMaterial::Diffuse { color } => {
+            DeviceMaterial { color: float3(color), kind: DeviceMaterial::DIFFUSE, ..blank }
+        }
+        SurfaceMaterial::Mirror { color } => {
+            DeviceMaterial { color: float3(color), kind: DeviceMaterial::MIRROR, ..blank }
+        }
         SurfaceMaterial::Dielectric { cauchy, absorption } => {
             let at_d_line = material.index(D_LINE);
             DeviceMaterial {
                 absorption: float3(absorption.map(|per_unit| per_unit * unit)),
                 cauchy: float4(DVec3::from_array(cauchy), at_d_line),
-                kind: 2,
+                kind: DeviceMaterial::DIELECTRIC,
                 ..blank
             }
         }

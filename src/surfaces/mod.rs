@@ -4,12 +4,14 @@
 
 mod arrays;
 mod bounds;
+mod buffers;
 mod bvh;
 mod mesh;
 mod types;
 
 pub use arrays::SurfaceArrays;
 pub use bounds::Bounds;
+pub use buffers::SurfaceBuffers;
 pub use mesh::{Mesh, Meshes, load};
 pub use types::{DeviceBall, DeviceMaterial, DeviceNode, DeviceShape};
 
