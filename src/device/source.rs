@@ -11,6 +11,13 @@ macro_rules! embed {
 
 /// Every file of `cl/`, by its path below that folder.
 const FILES: &[(&str, &str)] = embed![
+    "caustics/batch.cl",
+    "caustics/cells.cl",
+    "caustics/edges.cl",
+    "caustics/gather.cl",
+    "caustics/map.cl",
+    "caustics/packed.cl",
+    "caustics/weights.cl",
     "common/directions.cl",
     "common/exponential.cl",
     "common/inline.cl",
@@ -77,6 +84,7 @@ const FILES: &[(&str, &str)] = embed![
     "types/path.cl",
     "types/phase.cl",
     "types/photon.cl",
+    "types/photon_map.cl",
     "types/surface.cl",
     "types/volume.cl",
     "volume/bricks.cl",

@@ -16,6 +16,7 @@
 //! - [`slab`], [`half_space`]: layers, half spaces and infinite media that scatter, by transport theory
 //! - [`convection`]: direct light by upwind differences, scattered light by explicit diffusion
 //! - [`diffusion`]: the steady diffusion equation by conjugate gradients
+//! - [`photons`]: irradiance from photons
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
 
@@ -32,6 +33,7 @@ pub mod lights;
 pub mod medium;
 pub mod mip;
 pub mod phase;
+pub mod photons;
 pub mod quadrature;
 pub mod random;
 pub mod scattering;

@@ -67,4 +67,6 @@ pub const LAYOUTS: &[StructLayout] = &[
     crate::surfaces::DeviceNode::LAYOUT,
     crate::surfaces::DeviceMaterial::LAYOUT,
     crate::caustics::Photon::LAYOUT,
+    crate::caustics::MapFrame::LAYOUT,
+    crate::caustics::Receiver::LAYOUT,
 ];
