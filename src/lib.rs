@@ -19,6 +19,7 @@ pub mod render;
 pub mod report;
 pub mod scene;
 pub mod selftest;
+pub mod sort;
 pub mod surfaces;
 pub mod transfer;
 pub mod volume;

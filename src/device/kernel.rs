@@ -44,6 +44,8 @@ pub struct Kernel {
     name: &'static str,
     arguments: u32,
     work_group: usize,
+    /// The most work-items per work-group that driver and device allow.
+    largest: usize,
 }
 
 impl Kernel {
@@ -65,16 +67,27 @@ impl Kernel {
             KernelWorkGroupInfo::WorkGroupSize,
         );
         let device_limit = device.info().max_work_group;
-        let work_group = match limit {
+        let largest = match limit {
             Ok(KernelWorkGroupInfoResult::WorkGroupSize(size)) if size > 0 => size.min(device_limit),
             _ => device_limit,
         };
-        Ok(Self { kernel, name, arguments, work_group: largest_power_of_two(work_group.min(WORK_GROUP)) })
+        let work_group = largest_power_of_two(largest.min(WORK_GROUP));
+        Ok(Self { kernel, name, arguments, work_group, largest })
     }
 
     /// Launches groups of at most this many work-items from now on.
     pub fn limit_work_group(&mut self, items: usize) {
         self.work_group = largest_power_of_two(self.work_group.min(items.max(1)));
+    }
+
+    /// Launches groups of `items`, a power of two, from now on, or of as many as driver and device allow.
+    pub fn set_work_group(&mut self, items: usize) {
+        self.work_group = largest_power_of_two(self.largest.min(items));
+    }
+
+    /// Work-items per work-group of one-dimensional launches: for kernels whose groups share local memory.
+    pub fn work_group(&self) -> usize {
+        self.work_group
     }
 
     /// Runs `items` work-items (rounded up to whole work-groups: kernels must guard) and waits for them.

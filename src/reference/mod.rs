@@ -19,6 +19,7 @@
 //! - [`photons`]: irradiance from photons
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
+//! - [`sort`]: the order of keys, and the items of each cell
 
 pub mod camera;
 pub mod convection;
@@ -39,3 +40,4 @@ pub mod random;
 pub mod scattering;
 pub mod slab;
 pub mod sobol;
+pub mod sort;
