@@ -83,6 +83,21 @@ impl PhotonLedger {
         }
     }
 
+    /// What the first has beyond the second.
+    #[must_use]
+    pub fn minus(&self, other: &Self) -> Self {
+        Self {
+            emitted: self.emitted - other.emitted,
+            stored: self.stored - other.stored,
+            direct: self.direct - other.direct,
+            absorbed: self.absorbed - other.absorbed,
+            escaped: self.escaped - other.escaped,
+            truncated: self.truncated - other.truncated,
+            photons: self.photons - other.photons,
+            stored_photons: self.stored_photons - other.stored_photons,
+        }
+    }
+
     /// What is missing in stored + direct + absorbed + escaped + truncated = emitted, as a share of what was emitted; 0
     /// without any.
     pub fn imbalance(&self) -> f64 {

@@ -11,9 +11,16 @@ macro_rules! embed {
 
 /// Every file of `cl/`, by its path below that folder.
 const FILES: &[(&str, &str)] = embed![
+    "caustics/batch.cl",
+    "caustics/cells.cl",
+    "caustics/edges.cl",
     "caustics/emission.cl",
+    "caustics/gather.cl",
+    "caustics/map.cl",
+    "caustics/packed.cl",
     "caustics/photons.cl",
     "caustics/spectrum.cl",
+    "caustics/weights.cl",
     "common/directions.cl",
     "common/exponential.cl",
     "common/inline.cl",
@@ -101,6 +108,7 @@ const FILES: &[(&str, &str)] = embed![
     "types/path.cl",
     "types/phase.cl",
     "types/photon.cl",
+    "types/photon_map.cl",
     "types/surface.cl",
     "types/volume.cl",
     "volume/bricks.cl",
@@ -114,8 +122,6 @@ const FILES: &[(&str, &str)] = embed![
     "volume/tracking.cl",
     "volume/transfer.cl",
     "volume/transmittance.cl",
-=======
->>>>>>> surfaces
 ];
 
 /// Identifies the sources of all kernels: 32 hexadecimal digits.

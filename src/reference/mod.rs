@@ -18,6 +18,7 @@
 //! - [`convection`]: direct light by upwind differences, scattered light by explicit diffusion
 //! - [`diffusion`]: the steady diffusion equation by conjugate gradients
 //! - [`surfaces`]: where rays meet surfaces
+//! - [`photons`]: irradiance from photons
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
 //! - [`sort`]: the order of keys, and the items of each cell
@@ -37,6 +38,7 @@ pub mod metaballs;
 pub mod mip;
 pub mod optics;
 pub mod phase;
+pub mod photons;
 pub mod quadrature;
 pub mod random;
 pub mod scattering;

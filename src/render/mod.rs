@@ -72,4 +72,6 @@ pub const LAYOUTS: &[StructLayout] = &[
     crate::caustics::PhotonAccount::LAYOUT,
     crate::caustics::Emitter::LAYOUT,
     crate::caustics::PhotonFrame::LAYOUT,
+    crate::caustics::MapFrame::LAYOUT,
+    crate::caustics::Receiver::LAYOUT,
 ];

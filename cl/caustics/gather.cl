@@ -1,0 +1,204 @@
+// What photons around a point give there: irradiance on a surface, or their density in a medium.
+//
+// Defines: one of MAP_BRUTE_FORCE, MAP_LEXICOGRAPHIC, MAP_VOXELS, MAP_PLANAR; one of KERNEL_CONSTANT, KERNEL_CONE,
+// KERNEL_SMOOTHSTEP; EDGE_CORRECTION; GATHER_LANES on CPUs. Kernels take PHOTON_MAP_ARGUMENTS, which come in the order of
+// `PhotonMap::arguments`, and make a struct PhotonMap of them by PHOTON_MAP.
+//
+// Distances are those in space, not in the tangent plane: on a sphere the area within a chord r of a point is pi r^2
+// exactly, as in the plane, so the kernels keep their norm there; projected, photons would lie too close.
+#include "caustics/cells.cl"
+#include "caustics/edges.cl"
+#include "caustics/packed.cl"
+#include "caustics/weights.cl"
+
+struct PhotonMap {
+    __global const struct MapFrame *frame;
+    __global const float *photons;            // in order, an array each of x, y, z, r, g, b, direction, surface + 1
+    __global const uint *keys;                // of the photons in order
+    __global const uint2 *ranges;             // by cell: its first photon and the one behind its last, or twice 0
+    __global const struct Receiver *receivers; // by surface
+};
+#define PHOTON_MAP_ARGUMENTS __global const struct MapFrame *map_frame, __global const float *map_photons, \
+    __global const uint *map_keys, __global const uint2 *map_ranges, __global const struct Receiver *map_receivers
+#define PHOTON_MAP {map_frame, map_photons, map_keys, map_ranges, map_receivers}
+
+// Whose photons are gathered.
+struct Query {
+    float3 point;
+    float3 normal;   // towards the viewer: photons came from that side
+    float thickness; // photons lie at most so far out of the tangent plane
+    uint surface;
+    bool medium;     // photons in a medium: of no surface and no side
+};
+
+struct Gathered {
+    Batch red;
+    Batch green;
+    Batch blue;
+    uint looked_at;
+};
+
+// Adds the photons of [first, end).
+INLINE void gather_range(__global const float *photons, const struct MapFrame *frame, const struct Query *query,
+    uint first, uint end, struct Gathered *sums) {
+    uint stride = frame->stride;
+    for (uint i = first; i < end; i += BATCH) {
+        Batch x = BATCH_FLOATS(photons, i) - query->point.x;
+        Batch y = BATCH_FLOATS(photons, stride + i) - query->point.y;
+        Batch z = BATCH_FLOATS(photons, 2u * stride + i) - query->point.z;
+        Batch r2 = x * x + y * y + z * z;
+        BatchMask near = (r2 < frame->scale.w) & (BATCH_LANES < (int)(end - i));
+        if (!query->medium) {
+            Batch above = x * query->normal.x + y * query->normal.y + z * query->normal.z;
+            near &= fabs(above) <= query->thickness;
+        }
+        if (!BATCH_ANY(near)) continue;
+        BatchWords surface = BATCH_WORDS(photons, 7u * stride + i);
+        if (query->medium) {
+            near &= surface != 0u;
+        } else {
+            near &= surface == query->surface + 1u;
+            near &= travel_against(BATCH_WORDS(photons, 6u * stride + i), query->normal);
+        }
+        Batch weight = kernel_weight(r2 * (frame->scale.z * frame->scale.z));
+        Batch none = (Batch)(0.0f);
+        sums->red += BATCH_PICK(none, weight * BATCH_FLOATS(photons, 3u * stride + i), near);
+        sums->green += BATCH_PICK(none, weight * BATCH_FLOATS(photons, 4u * stride + i), near);
+        sums->blue += BATCH_PICK(none, weight * BATCH_FLOATS(photons, 5u * stride + i), near);
+    }
+    sums->looked_at += end - first;
+}
+
+#ifdef MAP_LEXICOGRAPHIC
+// The first of [0, count) that is not below x.
+INLINE uint first_at_least(__global const float *values, uint count, float x) {
+    uint low = 0u;
+    uint high = count;
+    while (low < high) {
+        uint middle = (low + high) >> 1;
+        bool below = values[middle] < x;
+        low = below ? middle + 1u : low;
+        high = below ? high : middle;
+    }
+    return low;
+}
+
+// The photons within the radius along x; all of them are looked at.
+INLINE void gather_photons(const struct PhotonMap *map, const struct MapFrame *frame, const struct Query *query,
+    struct Gathered *sums) {
+    float x = query->point.x;
+    // Rounding of the bounds.
+    float reach = sqrt(frame->scale.w) * (1.0f + 1e-6f) + 2e-7f * fabs(x);
+    uint first = first_at_least(map->photons, frame->count, x - reach);
+    uint end = first + first_at_least(map->photons + first, frame->count - first, x + reach);
+    gather_range(map->photons, frame, query, first, end, sums);
+}
+
+#elif defined(MAP_BRUTE_FORCE)
+INLINE void gather_photons(const struct PhotonMap *map, const struct MapFrame *frame, const struct Query *query,
+    struct Gathered *sums) {
+    gather_range(map->photons, frame, query, 0u, frame->count, sums);
+}
+
+#else
+// The first of [low, count) whose key is not below `key`.
+INLINE uint first_of_key(__global const uint *keys, uint low, uint count, uint key) {
+    uint high = count;
+    while (low < high) {
+        uint middle = (low + high) >> 1;
+        bool below = keys[middle] < key;
+        low = below ? middle + 1u : low;
+        high = below ? high : middle;
+    }
+    return low;
+}
+
+// The photons of the cell of the point and of those around it: cells along x follow each other, so that they are one
+// range per row of cells.
+INLINE void gather_photons(const struct PhotonMap *map, const struct MapFrame *frame, const struct Query *query,
+    struct Gathered *sums) {
+    int3 cell = cell_of(*frame, map->receivers, query->point, query->surface);
+#ifdef MAP_PLANAR
+    // No turn for NO_PLANE.
+    int z_low = max(cell.z, 0);
+    int z_high = cell.z;
+#else
+    int z_low = max(cell.z - 1, 0);
+    int z_high = min(cell.z + 1, (int)frame->nz - 1);
+#endif
+    int y_low = max(cell.y - 1, 0);
+    int y_high = min(cell.y + 1, (int)frame->ny - 1);
+    int x_low = max(cell.x - 1, 0);
+    int x_high = min(cell.x + 1, (int)frame->nx - 1);
+    if (x_low > x_high) return;
+    uint behind = 0u;
+    for (int z = z_low; z <= z_high; ++z) {
+        for (int y = y_low; y <= y_high; ++y) {
+            uint key = cell_key(*frame, x_low, y, z);
+            uint last = key + (uint)(x_high - x_low);
+            uint first = NO_PHOTON;
+            uint end = 0u;
+            if (frame->tabled != 0u) {
+                for (uint k = key; k <= last; ++k) {
+                    uint2 range = map->ranges[k];
+                    first = range.y != 0u ? min(first, range.x) : first;
+                    end = max(end, range.y);
+                }
+            } else {
+                first = first_of_key(map->keys, behind, frame->count, key);
+                end = first_of_key(map->keys, first, frame->count, last + 1u);
+                behind = end;
+            }
+            if (first < end) gather_range(map->photons, frame, query, first, end, sums);
+        }
+    }
+}
+#endif
+
+INLINE float3 gathered(const struct PhotonMap *map, const struct MapFrame *frame, const struct Query *query,
+    float scale, uint *looked_at) {
+    struct Gathered sums = {(Batch)(0.0f), (Batch)(0.0f), (Batch)(0.0f), 0u};
+    gather_photons(map, frame, query, &sums);
+    *looked_at += sums.looked_at;
+    return scale * (float3)(batch_sum(sums.red), batch_sum(sums.green), batch_sum(sums.blue));
+}
+
+// Photons count that lie at most so far out of the tangent plane: on curved surfaces a quarter of the radius; where
+// surfaces are flat, what rounding does to them, so that a box's other faces do not count.
+INLINE float query_thickness(uint kind, float3 point, float radius) {
+    if (kind == RECEIVER_CURVED) return 0.25f * radius;
+    float size = max(max(fabs(point.x), fabs(point.y)), fabs(point.z));
+    return min(0.25f * radius, 0.004f * radius + 4e-6f * size);
+}
+
+// Irradiance at a point of a surface, on the side that the normal (of unit length, of the geometry) points to; per channel.
+// Adds to *looked_at the photons whose distance was computed.
+INLINE float3 gathered_irradiance(const struct PhotonMap *map, float3 point, float3 normal, uint surface, uint *looked_at) {
+    struct MapFrame frame = map->frame[0];
+    __global const struct Receiver *receiver = map->receivers + surface;
+    struct Query query;
+    query.point = point;
+    query.normal = normal;
+    query.thickness = query_thickness(receiver->kind, point, frame.radius);
+    query.surface = surface;
+    query.medium = false;
+    float scale = frame.scale.x;
+#ifdef EDGE_CORRECTION
+    scale /= kernel_mass(receiver, point, normal, frame.scale.z);
+#endif
+    return gathered(map, &frame, &query, scale, looked_at);
+}
+
+#ifndef MAP_PLANAR
+// Flux of photons in a medium over volume, per channel.
+INLINE float3 photon_density(const struct PhotonMap *map, float3 point, uint *looked_at) {
+    struct MapFrame frame = map->frame[0];
+    struct Query query;
+    query.point = point;
+    query.normal = (float3)(0.0f);
+    query.thickness = 0.0f;
+    query.surface = 0u;
+    query.medium = true;
+    return gathered(map, &frame, &query, frame.scale.y, looked_at);
+}
+#endif
