@@ -6,6 +6,7 @@
 mod auxiliary;
 mod bricks;
 mod camera;
+pub mod caustics;
 pub mod emission_absorption;
 mod extrema;
 mod fingerprint;
@@ -36,6 +37,7 @@ pub use auxiliary::Auxiliary;
 pub use camera::DeviceCamera;
 pub use fingerprint::data_hash;
 pub use ledger::PathLedger;
+pub(crate) use ledger::number;
 pub use load::{DataRef, SceneData, announced_memory};
 pub use output::{Snapshot, method_name, preview_tonemap};
 pub use plan::{BRICK_SHIFT, Plan};
@@ -74,4 +76,5 @@ pub const LAYOUTS: &[StructLayout] = &[
     crate::caustics::PhotonFrame::LAYOUT,
     crate::caustics::MapFrame::LAYOUT,
     crate::caustics::Receiver::LAYOUT,
+    caustics::DeviceCaustics::LAYOUT,
 ];
