@@ -63,7 +63,9 @@ fn hits(shape: &SurfaceShape, meshes: &Meshes, index: usize, o: DVec3, d: DVec3)
             on_plane(centre, normal, o, d).filter(within).into_iter().collect()
         }
         SurfaceShape::Box { low, high } => on_box(low, high, o, d),
-        SurfaceShape::Metaballs { ref balls, threshold } => metaballs(balls, threshold, o, d).into_iter().collect(),
+        SurfaceShape::Metaballs { ref balls, threshold } => {
+            metaballs(balls, threshold, o, d).into_iter().collect()
+        }
         SurfaceShape::Mesh { .. } => {
             let faces = meshes.of(index).into_iter().flat_map(|mesh| mesh.faces());
             faces.filter_map(|(corners, _)| triangle(corners, o, d)).collect()

@@ -18,6 +18,7 @@ pub const GLASS: SurfaceMaterial =
     SurfaceMaterial::Dielectric { cauchy: [1.5, 0.0, 0.0], absorption: [0.0; 3] };
 
 /// Surfaces, lights and how photons are traced.
+#[derive(Clone)]
 pub struct Scene {
     pub surfaces: Vec<Surface>,
     pub materials: Vec<SurfaceMaterial>,
@@ -68,6 +69,25 @@ impl Scene {
         self
     }
 
+    /// Through the target of an emitter, so many times as wide.
+    pub fn around(self, emitter: &Emitter, factor: f64) -> Self {
+        let vector = |v: [f32; 4]| DVec3::new(v[0].into(), v[1].into(), v[2].into());
+        let [mut corner, mut u, mut v] = [emitter.corner, emitter.edge_u, emitter.edge_v].map(vector);
+        if emitter.way == 0 {
+            corner = corner.x * u + corner.y * v + corner.z * vector(emitter.normal) + vector(emitter.place);
+            u *= f64::from(emitter.edge_u[3]);
+            v *= f64::from(emitter.edge_v[3]);
+        }
+        let LocalFrame { origin, unit, .. } = self.frame;
+        // Edges have been rounded.
+        let v = v - v.dot(u) / u.length_squared() * u;
+        self.through(origin + unit * (corner + 0.5 * (u + v)), factor * unit * u, factor * unit * v)
+    }
+
+    pub fn emitters(&self) -> Vec<Emitter> {
+        emitters(&self.lights, &self.arrays(), &self.frame, &self.settings.emission).unwrap()
+    }
+
     pub fn arrays(&self) -> SurfaceArrays {
         let meshes = load(&self.surfaces, &self.materials).unwrap();
         SurfaceArrays::new(&self.surfaces, &self.materials, &meshes, &self.frame).unwrap()
@@ -90,6 +110,18 @@ impl Scene {
             all.extend(photons.iter().filter_map(|photon| self.stored(photon)));
         }
         (all, tracer.ledger(&device).unwrap())
+    }
+
+    /// The ledger of some passes.
+    pub fn ledger(&self, passes: u32) -> PhotonLedger {
+        self.passes(passes).1
+    }
+
+    /// The same with another limit on reflections and refractions.
+    pub fn to_depth(&self, depth: u32) -> Self {
+        let mut scene = self.clone();
+        scene.settings.depth = depth;
+        scene
     }
 
     fn stored(&self, photon: &Photon) -> Option<Stored> {
@@ -117,6 +149,42 @@ pub fn unpacked(packed: u32) -> DVec3 {
 /// A diffuse plane at height z, facing up.
 pub fn floor(z: f64) -> (SurfaceShape, SurfaceMaterial) {
     (SurfaceShape::Plane { point: DVec3::new(0.0, 0.0, z), normal: DVec3::Z }, PAPER)
+}
+
+pub fn sphere(centre: DVec3, radius: f64) -> SurfaceShape {
+    SurfaceShape::Sphere { centre, radius }
+}
+
+/// Shines on everything below with irradiance 1.
+pub fn sun() -> Light {
+    Light::Directional { direction: DVec3::NEG_Z, irradiance: [1.0; 3] }
+}
+
+pub fn truths() -> serde_json::Value {
+    serde_json::from_str(include_str!("../truths.json")).unwrap()
+}
+
+pub fn number(value: &serde_json::Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or_else(|| panic!("truths.json lacks {key}"))
+}
+
+/// The flux of a bump (1 - (distance from the ring of radius r / width)^2)^2 around the axis through `middle`, and that of
+/// an irradiance E(r) by the midpoint rule.
+pub fn bump(
+    photons: &[Stored],
+    middle: DVec3,
+    r: f64,
+    width: f64,
+    irradiance: impl Fn(f64) -> f64,
+) -> [f64; 2] {
+    let weight = |at: f64| (1.0 - ((at - r) / width).powi(2)).max(0.0).powi(2);
+    let found = photons.iter().map(|p| weight(p.position.distance(middle)) * p.flux[0]).sum();
+    let low = f64::max(r - width, 0.0);
+    let step = (r + width - low) / 2000.0;
+    let at = |i: u32| low + step * (f64::from(i) + 0.5);
+    let exact =
+        (0..2000).map(|i| irradiance(at(i)) * weight(at(i)) * std::f64::consts::TAU * at(i) * step).sum();
+    [found, exact]
 }
 
 pub fn mean(flux: [f64; 3]) -> f64 {
