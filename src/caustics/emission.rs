@@ -282,10 +282,10 @@ impl RectangleLight {
         self.centre + (u - 0.5) * self.u + (v - 0.5) * self.v
     }
 
-    /// The integral of both cosines over the squared distance, over both areas: by the midpoints of 16 cells per edge.
+    /// The integral of both cosines over the squared distance, over both areas: by the midpoints of 32 cells per edge.
     /// Photons are counted out by it, and for [`Emission::Equal`] alone it is their flux.
     fn seen_by(&self, target: &Target) -> f64 {
-        const CELLS: u32 = 16;
+        const CELLS: u32 = 32;
         let middles = || (0..CELLS).map(|i| (f64::from(i) + 0.5) / f64::from(CELLS));
         let squares = || middles().flat_map(|u| middles().map(move |v| [u, v]));
         let [front, across] = [self.normal(), target.normal()];
