@@ -63,7 +63,9 @@ fn hits(shape: &SurfaceShape, meshes: &Meshes, index: usize, o: DVec3, d: DVec3)
             on_plane(centre, normal, o, d).filter(within).into_iter().collect()
         }
         SurfaceShape::Box { low, high } => on_box(low, high, o, d),
-        SurfaceShape::Metaballs { ref balls, threshold } => metaballs(balls, threshold, o, d).into_iter().collect(),
+        SurfaceShape::Metaballs { ref balls, threshold } => {
+            metaballs(balls, threshold, o, d).into_iter().collect()
+        }
         SurfaceShape::Mesh { .. } => {
             let faces = meshes.of(index).into_iter().flat_map(|mesh| mesh.faces());
             faces.filter_map(|(corners, _)| triangle(corners, o, d)).collect()
@@ -118,6 +120,6 @@ fn metaballs(balls: &[Metaball], threshold: f64, o: DVec3, d: DVec3) -> Option<(
     let last = ends.fold(0.0, f64::max);
     let ball = |&Metaball { centre, radius, weight }: &Metaball| Ball { centre, radius, weight };
     let body = Metaballs { balls: balls.iter().map(ball).collect(), threshold };
-    let crossing = body.crossing(o, d, [0.0, last], 4000)?;
+    let crossing = body.crossing(o, d, [0.0, last], 1000)?;
     Some((crossing.t, crossing.normal))
 }
