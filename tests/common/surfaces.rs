@@ -226,6 +226,8 @@ fn error_of(exact: Option<Hit>, found: &Found, o: DVec3, d: DVec3, scale: f64, c
     let (Some(exact), Some(surface)) = (exact, found.hit()) else {
         return if exact.is_none() && found.hit().is_none() { 0.0 } else { f64::INFINITY };
     };
+    let slope = d.dot(vector(found.face));
+    assert!((slope > 0.0) == (found.inside == 1), "{o} {d} {found:?}");
     if surface != exact.surface || exact.inside(d) != (found.inside == 1) {
         return f64::INFINITY;
     }
