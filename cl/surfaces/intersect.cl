@@ -21,6 +21,9 @@
 // the point of a hit and to the next test against the same shape, several times over.
 #define SURFACE_MARGIN (32.0f / 16777216.0f)
 
+// Cosines of grazing rays are at least this, where rounding has taken their sign.
+#define LEAST_SLOPE 1e-6f
+
 // All surfaces of a scene, as SurfaceArrays of the host describes them.
 struct Surfaces {
     __global const struct Shape *shapes; // planes first, then those of the leaves
@@ -41,7 +44,7 @@ struct Hit {
     float3 normal; // unit length, outward; where triangles are smooth, that for shading, on the same side as `face`
     float3 face;   // the normal of the surface itself
     uint surface;
-    bool inside;   // the ray came from behind the surface: dot(direction, face) > 0
+    bool inside;   // the ray came from behind the surface: dot(direction, face) > 0, else < 0
 };
 
 // Where a ray that leaves a surface starts, on the side to which it goes.
@@ -167,6 +170,8 @@ INLINE void describe_hit(const struct Surfaces *s, uint index, const struct Ray 
     float3 point = ray->origin + hit->t * ray->direction;
     // Of the coordinates that its test computes with, besides the point's.
     float scale = 0.0f;
+    // Whether the test itself has told the side, which the normal of a grazing hit may miss.
+    bool known = false;
     switch (shape->kind) {
 #ifdef SHAPE_PLANE
     case SURFACE_PLANE:
@@ -177,6 +182,8 @@ INLINE void describe_hit(const struct Surfaces *s, uint index, const struct Ray 
 #ifdef SHAPE_SPHERE
     case SURFACE_SPHERE:
         point = sphere_point(shape->b, shape->c.xyz, point, &hit->face);
+        known = true;
+        hit->inside = sphere_height(ray->origin - shape->b.xyz, shape->c.xyz, shape->b.w) < 0.0f;
         scale = largest_component(shape->b.xyz);
         break;
 #endif
@@ -206,11 +213,20 @@ INLINE void describe_hit(const struct Surfaces *s, uint index, const struct Ray 
     case SURFACE_TRIANGLE:
         hit->face = shape->d.xyz;
         point = plane_point(shape->d, point);
+        known = true;
+        hit->inside = triangle_inside(shape->a.xyz, shape->b.xyz, shape->c.xyz, ray);
         scale = largest_component(max(max(fabs(shape->a.xyz), fabs(shape->b.xyz)), fabs(shape->c.xyz)));
         break;
 #endif
     default:
         break;
+    }
+    float slope = dot(ray->direction, hit->face);
+    if (!known) {
+        hit->inside = slope > 0.0f;
+    } else if (hit->inside != slope > 0.0f) {
+        // Tilted by as little as turns it to the side of the ray.
+        hit->face = normalize(hit->face - (slope - (hit->inside ? LEAST_SLOPE : -LEAST_SLOPE)) * ray->direction);
     }
     hit->normal = hit->face;
 #ifdef SHAPE_SMOOTH
@@ -221,7 +237,6 @@ INLINE void describe_hit(const struct Surfaces *s, uint index, const struct Ray 
     hit->point = point;
     hit->margin = SURFACE_MARGIN * (largest_component(point) + scale);
     hit->surface = shape->surface;
-    hit->inside = dot(ray->direction, hit->face) > 0.0f;
 }
 
 // The nearest hit with 0 < t < t_max, if there is one.

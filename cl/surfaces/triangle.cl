@@ -26,12 +26,9 @@ INLINE bool triangle_weights(float3 a, float3 b, float3 c, const struct Ray *ray
     float v = difference_of_products(p.x, r.y, p.y, r.x);
     float w = difference_of_products(q.x, p.y, q.y, p.x);
     float sum = u + v + w;
-    if ((min(min(u, v), w) < 0.0f && max(max(u, v), w) > 0.0f) || sum == 0.0f) {
-        return false;
-    }
     *weights = (float3)(u, v, w);
     *t = ray->shear.z * (u * p.z + v * q.z + w * r.z) / sum;
-    return true;
+    return !(min(min(u, v), w) < 0.0f && max(max(u, v), w) > 0.0f) && sum != 0.0f;
 }
 
 // Whether a ray meets a triangle at 0 < *t < t_max.
@@ -40,15 +37,21 @@ INLINE bool triangle_hit(float3 a, float3 b, float3 c, const struct Ray *ray, fl
     return triangle_weights(a, b, c, ray, &weights, t) && *t > 0.0f && *t < t_max;
 }
 
+// Whether a ray that meets a triangle comes from behind it, by the sense in which it sees the corners.
+INLINE bool triangle_inside(float3 a, float3 b, float3 c, const struct Ray *ray) {
+    float3 weights;
+    float t;
+    triangle_weights(a, b, c, ray, &weights, &t);
+    return (weights.x + weights.y + weights.z < 0.0f) == (ray->shear.z > 0.0f);
+}
+
 // The normal for shading between those of the corners. That of the triangle itself where the other would turn the ray's
 // side, or send its reflection into the surface.
 INLINE float3 triangle_normal(float3 a, float3 b, float3 c, __global const float4 *normals, float3 face,
                               const struct Ray *ray) {
     float3 weights;
     float t;
-    if (!triangle_weights(a, b, c, ray, &weights, &t)) {
-        return face;
-    }
+    triangle_weights(a, b, c, ray, &weights, &t);
     weights /= weights.x + weights.y + weights.z;
     float3 sum = weights.x * normals[0].xyz + weights.y * normals[1].xyz + weights.z * normals[2].xyz;
     float square = dot(sum, sum);

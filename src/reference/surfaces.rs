@@ -120,6 +120,6 @@ fn metaballs(balls: &[Metaball], threshold: f64, o: DVec3, d: DVec3) -> Option<(
     let last = ends.fold(0.0, f64::max);
     let ball = |&Metaball { centre, radius, weight }: &Metaball| Ball { centre, radius, weight };
     let body = Metaballs { balls: balls.iter().map(ball).collect(), threshold };
-    let crossing = body.crossing(o, d, [0.0, last], 4000)?;
+    let crossing = body.crossing(o, d, [0.0, last], 1000)?;
     Some((crossing.t, crossing.normal))
 }

@@ -18,6 +18,8 @@ mod output;
 mod surface;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_surface;
 mod transfer;
 mod volume;
 
