@@ -5,7 +5,9 @@ use crate::Result;
 use crate::device::memory::readable_bytes;
 use crate::device::{Catalog, MemoryPlan};
 use crate::render::{BRICK_SHIFT, Plan, PlannedVolume, SceneData, announced_memory, method_name};
-use crate::scene::{Background, Camera, CameraKind, Filter, Method, Phase, ScatteringMedium};
+use crate::scene::{
+    Background, Camera, CameraKind, Filter, Method, Phase, ScatteringMedium, Scene, SurfaceMaterial,
+};
 use crate::volume::Volume;
 use glam::DVec3;
 use std::fmt::Write;
@@ -60,6 +62,9 @@ fn describe(plan: &Plan<'_>, volume: Option<&Volume>, catalog: &Catalog) -> Stri
         line("volume", volume_text(volume, planned));
         line("window", format!("{} to {}", planned.window.0 as f32, planned.window.1 as f32));
     }
+    if !scene.surfaces.is_empty() {
+        line("surfaces", surfaces_text(scene));
+    }
     line("background", background_text(&scene.background));
     line("method", method_name(&scene.method).into());
     if let Method::Scattering(_) | Method::LightVolume(_) = scene.method {
@@ -101,6 +106,20 @@ fn volume_text(volume: &Volume, planned: &PlannedVolume<'_>) -> String {
         point(local.origin),
         point(local.origin + local.size() * local.unit)
     )
+}
+
+/// How many surfaces there are of each kind of material.
+fn surfaces_text(scene: &Scene) -> String {
+    let count = |what: &str, wanted: fn(&SurfaceMaterial) -> bool| {
+        let of = scene.surfaces.iter().filter(|surface| wanted(&scene.materials[surface.material])).count();
+        (of > 0).then(|| format!("{of} {what}"))
+    };
+    let kinds = [
+        count("diffuse", |material| matches!(material, SurfaceMaterial::Diffuse { .. })),
+        count("mirror", |material| matches!(material, SurfaceMaterial::Mirror { .. })),
+        count("glass", |material| matches!(material, SurfaceMaterial::Dielectric { .. })),
+    ];
+    kinds.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 fn point(p: DVec3) -> String {

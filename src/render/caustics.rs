@@ -4,10 +4,11 @@
 use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodSetup};
-use crate::caustics::{MapSettings, Receiver, map_settings, receiver};
-use crate::device::ProgramSpec;
+use crate::caustics::{MapSettings, PhotonTracer, Receiver, map_settings, receiver};
+use crate::device::{MemoryPlan, ProgramSpec};
 use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
-use crate::surfaces::{self, Bounds, Meshes, SurfaceArrays};
+use crate::sort::CellRanges;
+use crate::surfaces::{self, Bounds, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
 use crate::{Result, device_struct};
 use bytemuck::Zeroable;
 use glam::DVec3;
@@ -52,6 +53,22 @@ pub struct CausticsSetup {
     pub map: MapSettings,
     /// The radius of the first pass, local units.
     pub radius: f64,
+}
+
+impl CausticsSetup {
+    /// What the passes allocate on a device, at most.
+    pub fn memory(&self) -> MemoryPlan {
+        let mut plan = MemoryPlan::default();
+        PhotonTracer::memory(&mut plan, self.settings.photons);
+        let photons = u64::from(self.settings.photons);
+        plan.add("photons in order", photons, 32);
+        // Keys and numbers, before and after, whatever sorts them.
+        plan.add("keys of photons", photons, 20);
+        plan.items.extend(CellRanges::memory(self.map.table_cells, self.settings.photons as usize).items);
+        plan.add("shapes", self.surfaces.shapes.len() as u64, size_of::<DeviceShape>());
+        plan.add("boxes of shapes", self.surfaces.nodes.len() as u64, size_of::<DeviceNode>());
+        plan
+    }
 }
 
 /// The frame in which the surfaces are computed: that of what reflects and refracts, where float32 is needed most.
@@ -100,8 +117,8 @@ pub fn prepare(
         depth: settings.depth,
         ..DeviceCaustics::zeroed()
     };
-    let spec = surfaces
-        .specialise(ProgramSpec::new("render/caustics.cl"))
+    let spec = map
+        .define_gather(surfaces.specialise(ProgramSpec::new("render/caustics.cl")))
         .feature("RECTANGLES", frame.rectangle_count > 0)
         .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays);
     Ok(MethodSetup {

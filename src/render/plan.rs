@@ -148,6 +148,9 @@ impl<'a> Plan<'a> {
         if let Some(light) = &self.method.light {
             plan.items.extend(irradiance::memory(light, self.scene.lights.len()).items);
         }
+        if let Some(setup) = &self.method.caustics {
+            plan.items.extend(setup.memory().items);
+        }
         for buffer in self.method.tables.iter().chain([&self.environment, &self.method.parameters]) {
             plan.add(buffer.name, buffer.bytes.len() as u64, 1);
         }

@@ -4,7 +4,7 @@ use super::auxiliary::Auxiliary;
 use super::ledger::{Ledger, PathLedger};
 use super::plan::Plan;
 use super::resume::SavedFilm;
-use crate::caustics::{PassFacts, PassLedger, Passes};
+use crate::caustics::{MapSettings, PassFacts, PassLedger, Passes};
 use crate::device::{
     Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, LAUNCH_TARGET, Pacer, Program, ProgramSpec,
 };
@@ -23,8 +23,8 @@ pub(super) const TILE: u32 = 8;
 /// CPUs get the form of the kernel that works on eight samples at a time where there is one: their compilers do not
 /// vectorise divergent loops over work-items. It indexes voxels in 32 bits.
 fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
-    if let Some(caustics) = &plan.method.caustics {
-        return caustics.map.define(plan.spec.clone(), device);
+    if plan.method.caustics.is_some() {
+        return MapSettings::define_lanes(plan.spec.clone(), device);
     }
     let lanes = plan.method.lanes && device.kind == DeviceKind::Cpu && plan.voxels() < 1 << 31;
     let mut spec = plan.spec.clone().feature("LANES", lanes);
