@@ -4,7 +4,9 @@
 use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodSetup};
-use crate::caustics::{MapSettings, PhotonTracer, Receiver, map_settings, receiver};
+use crate::caustics::{
+    MapSettings, PhotonTracer, Receiver, emitters, map_settings, photon_settings, receiver,
+};
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
 use crate::sort::CellRanges;
@@ -109,8 +111,13 @@ pub fn prepare(
     let extent = surfaces.specular_bounds.or(surfaces.bounds).map_or(local.unit, |b| b.size().max_element());
     let radius = settings.radius.unwrap_or(RADIUS * extent) / local.unit;
     let photons = photons_wanted(scene, &settings, &surfaces);
+    let settings = Caustics { photons: if photons { settings.photons } else { 0 }, ..settings };
+    // What no photon can do is found here, not on the device.
+    let emission = photon_settings(&settings, scene.seed).emission;
+    let sent: u32 =
+        emitters(&scene.lights, &surfaces, local, &emission)?.iter().map(|emitter| emitter.count).sum();
     let parameters = DeviceCaustics {
-        photon_scale: if photons { 1.0 } else { 0.0 },
+        photon_scale: if sent > 0 { 1.0 } else { 0.0 },
         split: SPLIT,
         plane_count: surfaces.plane_count as u32,
         node_count: surfaces.nodes.len() as u32,
@@ -135,7 +142,7 @@ pub fn prepare(
         details: details(&surfaces, radius * local.unit),
         light: None,
         caustics: Some(Box::new(CausticsSetup {
-            settings: Caustics { photons: if photons { settings.photons } else { 0 }, ..settings },
+            settings,
             receivers: scene.surfaces.iter().map(|surface| receiver(&surface.shape, local)).collect(),
             surfaces,
             map,

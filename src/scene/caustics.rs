@@ -85,11 +85,11 @@ pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Ca
         direct: *direct,
         flux: emission.flux,
         target,
-        gather: gathering(gather, cx),
+        gather: gathering(gather, emission.flux, cx),
     })
 }
 
-fn gathering(config: &GatherConfig, cx: &mut Context<'_>) -> Gather {
+fn gathering(config: &GatherConfig, flux: FluxConfig, cx: &mut Context<'_>) -> Gather {
     let paper_intensity = match config.weights {
         WeightsConfig::Normalised => {
             let reason = "needs `method.gather.weights = \"paper\"`";
@@ -102,6 +102,13 @@ fn gathering(config: &GatherConfig, cx: &mut Context<'_>) -> Gather {
                     "method.gather.weights",
                     "weights \"paper\" need `method.gather.intensity`",
                     "what does a photon add at its place?",
+                );
+            }
+            if flux != FluxConfig::Equal {
+                cx.wrong(
+                    "method.gather.weights",
+                    "weights \"paper\" need `method.emission.flux = \"equal\"`",
+                    "as published, all photons are alike",
                 );
             }
             config.intensity.or(Some(0.0))

@@ -139,8 +139,11 @@ fn renders_surfaces(method: &MethodConfig) -> bool {
     matches!(method, MethodConfig::Caustics { .. })
 }
 
-/// Reports surfaces that the method would leave out.
+/// Reports surfaces that the method would leave out, or misses.
 pub(super) fn refuse_surfaces(configs: &[SurfaceConfig], method: &MethodConfig, cx: &mut Context<'_>) {
+    if configs.is_empty() && renders_surfaces(method) {
+        cx.wrong("method.kind", "caustics needs at least one `[[surface]]`", "there is nothing to render");
+    }
     if !configs.is_empty() && !renders_surfaces(method) {
         let message = "`[[surface]]` needs `method.kind = \"caustics\"`";
         cx.wrong("surface.0", message, "only caustics renders surfaces");

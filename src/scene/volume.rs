@@ -127,6 +127,9 @@ pub(super) fn volume(
                 "a [volume] table, or `method.kind = \"caustics\"` for surfaces alone",
             );
         }
+        for key in ["medium", "phase", "transfer"] {
+            cx.useless(key, "needs a `[volume]`", "there is no volume that it would be of");
+        }
         return None;
     };
     let source = source(config, cx);
