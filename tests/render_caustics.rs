@@ -7,9 +7,10 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::path::Path;
 use std::time::Duration;
+use svetlo::caustics::PassLedger;
 use svetlo::film::FilmPixel;
 use svetlo::picture::write_exr;
-use svetlo::render::{BRICK_SHIFT, PassLedger, Plan, Saved, SceneData, Session, Snapshot, data_hash};
+use svetlo::render::{BRICK_SHIFT, Plan, Saved, SceneData, Session, Snapshot, data_hash};
 use svetlo::scene::Scene;
 
 /// A scene of surfaces, and what it reads.

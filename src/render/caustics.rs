@@ -5,7 +5,7 @@ use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodSetup};
 use crate::caustics::{
-    MapSettings, PhotonTracer, Receiver, emitters, map_settings, photon_settings, receiver,
+    Emitter, MapSettings, PhotonTracer, Receiver, emitters, map_settings, photon_settings, receiver,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
@@ -114,10 +114,9 @@ pub fn prepare(
     let settings = Caustics { photons: if photons { settings.photons } else { 0 }, ..settings };
     // What no photon can do is found here, not on the device.
     let emission = photon_settings(&settings, scene.seed).emission;
-    let sent: u32 =
-        emitters(&scene.lights, &surfaces, local, &emission)?.iter().map(|emitter| emitter.count).sum();
+    let emitters = emitters(&scene.lights, &surfaces, local, &emission)?;
     let parameters = DeviceCaustics {
-        photon_scale: if sent > 0 { 1.0 } else { 0.0 },
+        photon_scale: photon_scale(&emitters, settings.gather.paper_intensity),
         split: SPLIT,
         plane_count: surfaces.plane_count as u32,
         node_count: surfaces.nodes.len() as u32,
@@ -164,6 +163,19 @@ fn device_lights(lights: &[Light], local: &LocalFrame, frame: &mut DeviceFrame) 
     frame.rectangle_count = rectangles.len() as u32;
     frame.light_count = lights.len() as u32;
     rectangles.into_iter().chain(others).map(|light| DeviceLight::new(light, local)).collect()
+}
+
+/// Factor of what is gathered: 1, or what makes photons that are all alike bring the paper's intensity each.
+fn photon_scale(emitters: &[Emitter], paper_intensity: Option<f64>) -> f32 {
+    let photons: f64 = emitters.iter().map(|emitter| f64::from(emitter.count)).sum();
+    let mean_channel =
+        |emitter: &Emitter| emitter.power[..3].iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
+    let flux: f64 = emitters.iter().map(|emitter| f64::from(emitter.count) * mean_channel(emitter)).sum();
+    match paper_intensity {
+        _ if photons == 0.0 => 0.0,
+        Some(intensity) => (intensity * photons / flux) as f32,
+        None => 1.0,
+    }
 }
 
 /// Whether there is anything that photons would bring.
