@@ -74,6 +74,7 @@ const FILES: &[(&str, &str)] = embed![
     "sort/radix_passes.cl",
     "sort/ranges.cl",
     "sort/search.cl",
+    "sort/valid.cl",
     "sort/words.cl",
     "types/camera.cl",
     "types/convection.cl",
