@@ -86,6 +86,7 @@ const FILES: &[(&str, &str)] = embed![
     "sort/radix_passes.cl",
     "sort/ranges.cl",
     "sort/search.cl",
+    "sort/valid.cl",
     "sort/words.cl",
     "surfaces/box.cl",
     "surfaces/direct.cl",
