@@ -225,7 +225,10 @@ fn metaballs_that_are_none() {
         fails(&with_glass(&format!("kind = \"metaballs\"\n{keys}")), expected)
     };
     let ball = "balls = [{ centre = [0, 0, 0], radius = 1, weight = 0.5 }, { centre = [1, 0, 0], radius = 1, weight = -2 }]";
-    wrong("balls = []\nthreshold = 0.5", &["`surface.0.balls` has too few entries"]);
+    wrong(
+        "balls = []\nthreshold = 0.5",
+        &["`surface.0.balls` must be a list of tables", "this is an empty list"],
+    );
     wrong(&format!("{ball}\nthreshold = 0"), &["`surface.0.threshold` is out of range"]);
     wrong(
         &format!("{ball}\nthreshold = 0.5"),
