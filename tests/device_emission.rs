@@ -54,7 +54,7 @@ fn a_plane_is_lit_by_a_point_as_it_should_be() {
 }
 
 #[test]
-fn few_large_cells_have_the_right_flux_and_no_bias_within() {
+fn few_large_cells_have_the_right_flux_and_are_lit_smoothly() {
     // A target as wide as 6 times its distance, in 12 x 12 cells, over many passes.
     let mut scene = Scene::new([floor(0.0), aside()], [point(DVec3::Z)], 144).through(
         DVec3::ZERO,
@@ -330,6 +330,11 @@ fn what_cannot_be_is_said() {
     );
     let skew = Scene::new([glass()], [sun()], 100).through(DVec3::ZERO, DVec3::X, DVec3::new(0.1, 1.0, 0.0));
     assert_eq!(message(skew), "the edges of the photons' target must be at a right angle, and not zero");
+    let level = Scene::new([glass()], [point(DVec3::X * 9.0)], 100).through(DVec3::ZERO, DVec3::X, DVec3::Y);
+    assert_eq!(
+        message(level),
+        "the target of the photons is seen edge-on from `light.0`; it must not lie in one plane with a light"
+    );
     let water = (SurfaceShape::Plane { point: DVec3::ZERO, normal: DVec3::Z }, GLASS);
     assert_eq!(
         message(Scene::new([water], [sun()], 100)),

@@ -19,7 +19,29 @@ struct Flight {
     float3 direction;
     float3 flux;
     struct Cell cell;
+    uint4 place;  // of the pass: in cells (x, y) and among wavelengths (z), in units of 2^-32
+    uint4 shifts; // of its lattices
 };
+
+// A place of a pass. Passes fill the cube evenly: after the powers of the root of x^4 = x + 1 (Roberts 2018, the sequence
+// R3).
+INLINE uint4 pass_place(uint2 seed, uint pass) {
+    uint4 start = philox4x32((uint4)(0u, 0u, 0u, RNG_PHOTON_PASS), seed);
+    return start + pass * (uint4)(0xD1B54A33u, 0xABC98389u, 0x8CB92BA7u, 0u);
+}
+
+// What a column and a row add to the numbers of a lattice over the cells of a grid, in units of 2^-32: the fractions of roots
+// of primes, and of powers of the plastic number. Cells that are near to each other differ evenly.
+#define LATTICE_FIRST (uint2)(0x6A09E668u, 0xBB67AE85u)
+#define LATTICE_SECOND (uint2)(0x3C6EF373u, 0xA54FF53Bu)
+#define LATTICE_LIGHT_U (uint2)(0x510E527Fu, 0x9B05688Cu)
+#define LATTICE_LIGHT_V (uint2)(0x1F83D9ABu, 0x5BE0CD19u)
+#define LATTICE_WAVELENGTH (uint2)(0xC13FA9A9u, 0x91E10DA5u)
+
+// A cell's number in [0, 1) of a lattice.
+INLINE float lattice_number(struct Cell cell, uint2 lattice, uint shift) {
+    return uniform_float(cell.column * lattice.x + cell.row * lattice.y + shift);
+}
 
 // Cell `index` of a grid. With q columns and r cells more than q columns fill, the first r rows have q + 1; rows are as
 // high as they have columns, so that all cells have the same area.
@@ -124,10 +146,12 @@ INLINE void emit_along(__global const struct Emitter *emitter, const struct Surf
     flight->flux = emitter->power.xyz;
 }
 
-INLINE void emit_from_rectangle(__global const struct Emitter *emitter, float4 u, struct Flight *flight) {
+INLINE void emit_from_rectangle(__global const struct Emitter *emitter, struct Flight *flight) {
     float2 at = place_in(flight->cell);
     float3 normal = emitter->light_normal.xyz;
     float3 centre = emitter->place.xyz;
+    float2 u = (float2)(lattice_number(flight->cell, LATTICE_LIGHT_U, flight->shifts.z),
+        lattice_number(flight->cell, LATTICE_LIGHT_V, flight->shifts.w));
     flight->flux = emitter->power.xyz;
     if (emitter->way == EMIT_HEMISPHERE) {
         flight->origin = centre + (at.x - 0.5f) * emitter->light_u.xyz + (at.y - 0.5f) * emitter->light_v.xyz;
@@ -145,15 +169,19 @@ INLINE void emit_from_rectangle(__global const struct Emitter *emitter, float4 u
     }
 }
 
-// Photon `index` of a pass. `within`: the pass's place in cells.
+// Photon `index` of a pass.
 INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global const struct Emitter *emitters,
-    const struct Surfaces *surfaces, uint index, uint pass, float2 within) {
+    const struct Surfaces *surfaces, uint index, uint pass) {
     uint which = 0;
     while (which + 1 < frame->emitters && index >= emitters[which + 1].first) {
         ++which;
     }
     __global const struct Emitter *emitter = emitters + which;
     struct Flight flight;
+    uint2 seed = (uint2)(frame->seed_low, frame->seed_high);
+    flight.place = pass_place(seed, pass);
+    flight.shifts = philox4x32((uint4)(pass, 0u, 0u, RNG_PHOTON_SHIFT), seed);
+    float2 within = (float2)(uniform_float(flight.place.x), uniform_float(flight.place.y));
     flight.cell = grid_cell(index - emitter->first, emitter->count, emitter->rows, within);
     switch (emitter->way) {
     case EMIT_POINT:
@@ -172,12 +200,9 @@ INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global con
     case EMIT_DIRECTIONAL:
         emit_along(emitter, surfaces, &flight);
         break;
-    default: {
-        uint4 counter = (uint4)(index, pass, 0u, RNG_PHOTON_START);
-        float4 u = uniform_float4(philox4x32(counter, (uint2)(frame->seed_low, frame->seed_high)));
-        emit_from_rectangle(emitter, u, &flight);
+    default:
+        emit_from_rectangle(emitter, &flight);
         break;
-    }
     }
     return flight;
 }

@@ -20,6 +20,18 @@ struct Fate {
     bool stored;
 };
 
+// The number that decides whether glass reflects a photon. The first two times, which make most caustics, by a lattice over
+// the cells: of neighbours, as many are reflected as should be, not so many on average.
+INLINE float choice_of(__global const struct PhotonFrame *frame, const struct Flight *flight, uint index, uint pass,
+    uint turn) {
+    if (turn < 2u) {
+        return lattice_number(flight->cell, turn == 0u ? LATTICE_FIRST : LATTICE_SECOND,
+            turn == 0u ? flight->shifts.x : flight->shifts.y);
+    }
+    uint4 counter = (uint4)(index, pass, turn, RNG_PHOTON);
+    return uniform_float(philox4x32(counter, (uint2)(frame->seed_low, frame->seed_high)).x);
+}
+
 // A mirror or glass turns the photon; what is absorbed is taken off its flux. `u`: uniform in [0, 1).
 INLINE void turn_photon(const struct Surfaces *surfaces, const struct Hit *hit, __global const struct Material *material,
     float wavelength, float u, struct Flight *flight) {
@@ -64,6 +76,10 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
     fate->met = (float4)(flux, 0.0f, 0.0f, 0.0f);
     fate->lost = (float4)(0.0f);
     fate->stored = false;
+    // Such as a rectangular light sends behind it.
+    if (flight->flux.x == 0.0f && flight->flux.y == 0.0f && flight->flux.z == 0.0f) {
+        return photon;
+    }
     for (uint turns = 0;; ++turns) {
         struct Hit hit;
         if (!surfaces_hit(surfaces, flight->origin, flight->direction, INFINITY, &hit)) {
@@ -92,9 +108,8 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
             flight->flux *= exp(-hit.t * material->absorption.xyz);
         }
         if (turns < frame->depth) {
-            uint4 counter = (uint4)(index, pass, turns, RNG_PHOTON);
-            uint bits = philox4x32(counter, (uint2)(frame->seed_low, frame->seed_high)).x;
-            turn_photon(surfaces, &hit, material, wavelength, uniform_float(bits), flight);
+            float u = choice_of(frame, flight, index, pass, turns);
+            turn_photon(surfaces, &hit, material, wavelength, u, flight);
         }
         float left = mean_channel(flight->flux);
         fate->met.w += flux - left;
@@ -121,13 +136,6 @@ INLINE void settle(__global struct PhotonAccount *account, const struct Fate *fa
     account->stored += fate->stored ? 1u : 0u;
 }
 
-// The place of a pass in cells (x, y) and among wavelengths (z), in units of 2^-32: passes fill the cube evenly. After the
-// powers of the root of x^4 = x + 1 (Roberts 2018, the sequence R3).
-INLINE uint4 pass_shift(__global const struct PhotonFrame *frame, uint pass) {
-    uint4 start = philox4x32((uint4)(0u, 0u, 0u, RNG_PHOTON_PASS), (uint2)(frame->seed_low, frame->seed_high));
-    return start + pass * (uint4)(0xD1B54A33u, 0xABC98389u, 0x8CB92BA7u, 0u);
-}
-
 // Photons [first, first + count) of a pass into their slots. `accounts` has `account_count` >= count entries; photon i
 // is entered in that of i modulo their number, so that sums are the same however the launches are cut.
 __kernel void photons_trace(__global const struct PhotonFrame *frame, __global const struct Emitter *emitters,
@@ -142,14 +150,11 @@ __kernel void photons_trace(__global const struct PhotonFrame *frame, __global c
     uint index = first + item;
     struct Surfaces surfaces = {
         shapes, frame->plane_count, nodes, frame->node_count, balls, normals, materials_of, materials};
-    uint4 shift = pass_shift(frame, pass);
-    float2 within = (float2)(uniform_float(shift.x), uniform_float(shift.y));
-    struct Flight flight = emit(frame, emitters, &surfaces, index, pass, within);
+    struct Flight flight = emit(frame, emitters, &surfaces, index, pass);
     float wavelength = 0.0f;
 #ifdef DISPERSION
-    // A lattice over the grid, after the plastic number, so that neighbours differ.
-    uint stratum = flight.cell.column * 0xC13FA9A9u + flight.cell.row * 0x91E10DA5u + shift.z;
-    wavelength = mix(SHORTEST_WAVELENGTH, LONGEST_WAVELENGTH, uniform_float(stratum));
+    float u = lattice_number(flight.cell, LATTICE_WAVELENGTH, flight.place.z);
+    wavelength = mix(SHORTEST_WAVELENGTH, LONGEST_WAVELENGTH, u);
     flight.flux *= color_of(1000.0f * wavelength) * frame->white.xyz;
 #endif
     struct Fate fate;

@@ -85,6 +85,9 @@ pub struct EmissionSettings {
     pub target: Option<TargetRectangle>,
 }
 
+/// A point nearer to the plane of its target than this (times the edges) sends nothing there.
+const LEAST_HEIGHT: f64 = 1e-6;
+
 /// What a light sends, before photons are counted out.
 struct Source {
     emitter: Emitter,
@@ -168,7 +171,7 @@ impl Scene<'_> {
         let unit2 = self.frame.unit * self.frame.unit;
         Ok(match of {
             Light::Point { position, intensity } => {
-                self.point(self.frame.point(*position), intensity.map(|i| i / unit2))
+                self.point(light, self.frame.point(*position), intensity.map(|i| i / unit2))?
             }
             Light::Directional { direction, irradiance } => {
                 self.directional(light, direction.normalize(), *irradiance)?
@@ -186,17 +189,22 @@ impl Scene<'_> {
         self.target.or_else(covering)
     }
 
-    fn point(&self, place: DVec3, intensity: [f64; 3]) -> Source {
+    fn point(&self, light: usize, place: DVec3, intensity: [f64; 3]) -> Result<Source> {
         let emitter = Emitter { place: float4(place, 0.0), ..Emitter::zeroed() };
         let Some(target) = self.target_from(&[place]) else {
             let flux = intensity.map(|i| 4.0 * PI * i);
             // Turns across, heights up: 2 pi by 2 at the equator.
-            return Source { emitter: Emitter { way: way::SPHERE, ..emitter }, flux, aspect: PI };
+            return Ok(Source { emitter: Emitter { way: way::SPHERE, ..emitter }, flux, aspect: PI });
         };
         let [u, v] = [target.edge_u, target.edge_v].map(DVec3::normalize);
         let corner = target.corner() - place;
         let corner = DVec3::new(corner.dot(u), corner.dot(v), corner.dot(target.normal()));
         let size = [target.edge_u.length(), target.edge_v.length()];
+        if corner.z.abs() <= LEAST_HEIGHT * (size[0] + size[1]) {
+            return Err(Error::Input(format!(
+                "the target of the photons is seen edge-on from `light.{light}`; it must not lie in one plane with a light"
+            )));
+        }
         let angle = solid_angle(corner, size);
         let emitter = Emitter {
             power: float4(DVec3::from_array(intensity), 0.0),
@@ -207,7 +215,7 @@ impl Scene<'_> {
             way: way::POINT,
             ..emitter
         };
-        Source { emitter, flux: intensity.map(|i| i * angle), aspect: size[0] / size[1] }
+        Ok(Source { emitter, flux: intensity.map(|i| i * angle), aspect: size[0] / size[1] })
     }
 
     fn directional(&self, light: usize, direction: DVec3, irradiance: [f64; 3]) -> Result<Source> {

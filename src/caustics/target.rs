@@ -1,6 +1,6 @@
 //! Rectangles that cover what reflects and refracts, as lights see it: where photons are sent.
 
-use crate::surfaces::{DeviceShape, SurfaceArrays};
+use crate::surfaces::{DeviceBall, DeviceShape, SurfaceArrays};
 use glam::DVec3;
 
 /// Directions further than this from the axis (tangent of the angle) are no business of a rectangle across it.
@@ -59,7 +59,11 @@ impl Parts {
     pub fn of(surfaces: &SurfaceArrays, wanted: impl Fn(&DeviceShape) -> bool) -> Self {
         let (planes, bounded) = surfaces.shapes.split_at(surfaces.plane_count);
         Self {
-            parts: bounded.iter().filter(|shape| wanted(shape)).flat_map(parts_of).collect(),
+            parts: bounded
+                .iter()
+                .filter(|shape| wanted(shape))
+                .flat_map(|shape| parts_of(shape, &surfaces.balls))
+                .collect(),
             unbounded: planes.iter().any(wanted),
         }
     }
@@ -189,7 +193,7 @@ fn point(v: [f32; 4]) -> DVec3 {
 }
 
 /// Points or the sphere around which a shape of `cl/types/surface.cl` is convex.
-fn parts_of(shape: &DeviceShape) -> Vec<Part> {
+fn parts_of(shape: &DeviceShape, balls: &[DeviceBall]) -> Vec<Part> {
     let [a, b, c, d] = [shape.a, shape.b, shape.c, shape.d].map(point);
     let corners = |centre: DVec3, u: DVec3, v: DVec3| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)]
@@ -209,8 +213,8 @@ fn parts_of(shape: &DeviceShape) -> Vec<Part> {
             let radius = f64::from(shape.a[3]);
             corners(a, radius * u, radius * v)
         }
+        5 => parts_of_balls(&balls[shape.first as usize..][..shape.count as usize], shape.c[0].into()),
         6 => [a, b, c].map(Part::Point).to_vec(),
-        // Boxes, and the bounds of metaballs.
         _ => {
             let pick = |i: u32| {
                 DVec3::new(
@@ -222,4 +226,13 @@ fn parts_of(shape: &DeviceShape) -> Vec<Part> {
             (0..8).map(|i| Part::Point(pick(i))).collect()
         }
     }
+}
+
+/// Spheres around the surface of metaballs: where s > r for all balls, the field is below the sum of their weights times
+/// (1 - r^2)^2.
+fn parts_of_balls(balls: &[DeviceBall], threshold: f64) -> Vec<Part> {
+    let positive = || balls.iter().filter(|ball| ball.weight > 0.0);
+    let most: f64 = positive().map(|ball| f64::from(ball.weight)).sum();
+    let reach = (1.0 - (threshold / most).min(1.0).sqrt()).sqrt();
+    positive().map(|ball| Part::Sphere(point(ball.place), reach * f64::from(ball.place[3]))).collect()
 }
