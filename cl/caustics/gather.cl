@@ -1,6 +1,6 @@
 // What photons around a point give there: irradiance on a surface, or their density in a medium.
 //
-// Defines: one of MAP_BRUTE_FORCE, MAP_LEXICOGRAPHIC, MAP_VOXELS, MAP_PLANAR; one of KERNEL_CONSTANT, KERNEL_CONE,
+// Defines: MEDIUM where photons in a medium are weighed by one of PHASE_*; one of MAP_BRUTE_FORCE, MAP_LEXICOGRAPHIC, MAP_VOXELS, MAP_PLANAR; one of KERNEL_CONSTANT, KERNEL_CONE,
 // KERNEL_SMOOTHSTEP; EDGE_CORRECTION; GATHER_LANES on CPUs. Kernels take PHOTON_MAP_ARGUMENTS, which come in the order of
 // `PhotonMap::arguments`, and make a struct PhotonMap of them by PHOTON_MAP.
 //
@@ -10,6 +10,10 @@
 #include "caustics/edges.cl"
 #include "caustics/packed.cl"
 #include "caustics/weights.cl"
+#ifdef MEDIUM
+#include "common/octahedron.cl"
+#include "common/phase.cl"
+#endif
 
 struct PhotonMap {
     __global const struct MapFrame *frame;
@@ -29,6 +33,10 @@ struct Query {
     float thickness; // photons lie at most so far out of the tangent plane
     uint surface;
     bool medium;     // photons in a medium: of no surface and no side
+#ifdef MEDIUM
+    struct Phase phase;
+    float3 leaving;  // where light goes that is scattered
+#endif
 };
 
 struct Gathered {
@@ -37,6 +45,31 @@ struct Gathered {
     Batch blue;
     uint looked_at;
 };
+
+#if defined(MEDIUM) && !defined(PHASE_ISOTROPIC)
+typedef union {
+    Batch all;
+    float lane[BATCH];
+} BatchLanes;
+
+typedef union {
+    BatchWords all;
+    uint lane[BATCH];
+} BatchWordLanes;
+
+// The phase function between the ways of photons and where their light leaves.
+INLINE Batch scattered_shares(BatchWords packed, const struct Query *query) {
+    BatchLanes shares;
+    BatchWordLanes words;
+    words.all = packed;
+    struct Points leaving = points(query->leaving.x, query->leaving.y, query->leaving.z);
+    for (uint i = 0; i < BATCH; ++i) {
+        float3 way = unpack_direction(words.lane[i]);
+        shares.lane[i] = phase_between(query->phase, points(way.x, way.y, way.z), leaving);
+    }
+    return shares.all;
+}
+#endif
 
 // Adds the photons of [first, end).
 INLINE void gather_range(__global const float *photons, const struct MapFrame *frame, const struct Query *query,
@@ -55,12 +88,15 @@ INLINE void gather_range(__global const float *photons, const struct MapFrame *f
         if (!BATCH_ANY(near)) continue;
         BatchWords surface = BATCH_WORDS(photons, 7u * stride + i);
         if (query->medium) {
-            near &= surface != 0u;
+            near &= surface == IN_MEDIUM;
         } else {
             near &= surface == query->surface + 1u;
             near &= travel_against(BATCH_WORDS(photons, 6u * stride + i), query->normal);
         }
         Batch weight = kernel_weight(r2 * (frame->scale.z * frame->scale.z));
+#if defined(MEDIUM) && !defined(PHASE_ISOTROPIC)
+        if (query->medium) weight *= scattered_shares(BATCH_WORDS(photons, 6u * stride + i), query);
+#endif
         Batch none = (Batch)(0.0f);
         sums->red += BATCH_PICK(none, weight * BATCH_FLOATS(photons, 3u * stride + i), near);
         sums->green += BATCH_PICK(none, weight * BATCH_FLOATS(photons, 4u * stride + i), near);
@@ -190,15 +226,36 @@ INLINE float3 gathered_irradiance(const struct PhotonMap *map, float3 point, flo
 }
 
 #ifndef MAP_PLANAR
-// Flux of photons in a medium over volume, per channel.
-INLINE float3 photon_density(const struct PhotonMap *map, float3 point, uint *looked_at) {
-    struct MapFrame frame = map->frame[0];
+INLINE struct Query medium_query(float3 point) {
     struct Query query;
     query.point = point;
     query.normal = (float3)(0.0f);
     query.thickness = 0.0f;
     query.surface = 0u;
     query.medium = true;
+    return query;
+}
+
+#ifdef MEDIUM
+// Flux that photons in the medium scatter into a direction, per volume and solid angle, per channel.
+INLINE float3 photon_scattering(const struct PhotonMap *map, float3 point, struct Phase phase, float3 leaving,
+    uint *looked_at) {
+    struct MapFrame frame = map->frame[0];
+    struct Query query = medium_query(point);
+    query.phase = phase;
+    query.leaving = leaving;
+    float scale = frame.scale.y;
+#ifdef PHASE_ISOTROPIC
+    scale *= INV_4PI;
+#endif
+    return gathered(map, &frame, &query, scale, looked_at);
+}
+#else
+// Flux of photons in a medium over volume, per channel.
+INLINE float3 photon_density(const struct PhotonMap *map, float3 point, uint *looked_at) {
+    struct MapFrame frame = map->frame[0];
+    struct Query query = medium_query(point);
     return gathered(map, &frame, &query, frame.scale.y, looked_at);
 }
+#endif
 #endif

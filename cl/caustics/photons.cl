@@ -1,13 +1,28 @@
 // Photons from the lights over mirrors and glass to the first diffuse surface (Jensen 2001).
 //
 // Defines: SHAPE_* as cl/surfaces/intersect.cl has them; DISPERSION where an index depends on the wavelength;
-// STORE_DIRECT to keep photons that meet a diffuse surface first, too.
+// STORE_DIRECT to keep photons that meet a diffuse surface first, too; MEDIUM and what cl/caustics/medium.cl has besides.
+//
+// The medium stops photons that met a mirror or glass before, stores and scatters them on; those that come from a light
+// end where it scatters them, as cameras see their light by other means (with STORE_DIRECT they do not).
 #include "caustics/emission.cl"
 #include "caustics/spectrum.cl"
 #include "common/numeric.cl"
 #include "common/octahedron.cl"
 #include "surfaces/optics.cl"
 #include "types/photon.cl"
+#ifdef MEDIUM
+#include "caustics/collisions.cl"
+#define MEDIUM_OF_PHOTON , struct Medium *medium, struct Kept *kept
+#else
+#define MEDIUM_OF_PHOTON
+#endif
+
+#ifdef STORE_DIRECT
+#define IS_STORED(turns) true
+#else
+#define IS_STORED(turns) ((turns) > 0u)
+#endif
 
 INLINE float mean_channel(float3 flux) {
     return (flux.x + flux.y + flux.z) * (1.0f / 3.0f);
@@ -70,7 +85,7 @@ INLINE struct Photon no_photon(void) {
 
 // Follows a photon to its end.
 INLINE struct Photon follow(__global const struct PhotonFrame *frame, const struct Surfaces *surfaces,
-    struct Flight *flight, float wavelength, uint index, uint pass, struct Fate *fate) {
+    struct Flight *flight, float wavelength, uint index, uint pass, struct Fate *fate MEDIUM_OF_PHOTON) {
     struct Photon photon = no_photon();
     float flux = mean_channel(flight->flux);
     fate->met = (float4)(flux, 0.0f, 0.0f, 0.0f);
@@ -82,21 +97,42 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
     }
     for (uint turns = 0;; ++turns) {
         struct Hit hit;
-        if (!surfaces_hit(surfaces, flight->origin, flight->direction, INFINITY, &hit)) {
+        bool met = surfaces_hit(surfaces, flight->origin, flight->direction, INFINITY, &hit);
+#ifdef MEDIUM
+        if (!(met && within_glass(surfaces, &hit))) {
+            struct Collision at = meet_medium(medium, &flight->origin, &flight->direction, &flight->flux,
+                met ? hit.t : INFINITY, IS_STORED(turns), kept);
+            if (at.outcome != PASSES) {
+                fate->lost.z += at.absorbed;
+                flux = at.scattered;
+                if (at.outcome == ENDS) {
+                    fate->met.z = flux;
+                    return photon;
+                }
+                fate->lost.w += flux;
+                fate->stored = true;
+                if (turns < frame->depth) {
+                    continue;
+                }
+                fate->lost.y = flux;
+                return photon;
+            }
+        }
+#endif
+        if (!met) {
             fate->lost.x = flux;
             return photon;
         }
         __global const struct Material *material = surfaces->materials + surfaces->materials_of[hit.surface];
         bool diffuse = material->kind == MATERIAL_DIFFUSE;
         if (diffuse) {
-#ifdef STORE_DIRECT
-            bool store = true;
+            if (IS_STORED(turns)) {
+#ifdef MEDIUM
+                offer_place(kept, medium, hit.point, flight->direction, flight->flux, hit.surface + 1u);
 #else
-            bool store = turns > 0;
-#endif
-            if (store) {
                 photon.position = (float4)(hit.point, as_float(pack_direction(flight->direction)));
                 photon.flux = (float4)(flight->flux, as_float(hit.surface + 1u));
+#endif
                 fate->met.y = flux;
                 fate->stored = true;
             } else {
@@ -141,8 +177,11 @@ INLINE void settle(__global struct PhotonAccount *account, const struct Fate *fa
 __kernel void photons_trace(__global const struct PhotonFrame *frame, __global const struct Emitter *emitters,
     __global const struct Shape *shapes, __global const struct Node *nodes, __global const struct Ball *balls,
     __global const float4 *normals, __global const uint *materials_of, __global const struct Material *materials,
-    __global struct Photon *photons, __global struct PhotonAccount *accounts, uint account_count, uint pass,
-    uint first, uint count) {
+    __global struct Photon *photons, __global struct PhotonAccount *accounts,
+#ifdef MEDIUM
+    __constant struct Frame *medium_frame, MEDIUM_ARGUMENTS,
+#endif
+    uint account_count, uint pass, uint first, uint count) {
     uint item = get_global_id(0);
     if (item >= count) {
         return;
@@ -158,6 +197,14 @@ __kernel void photons_trace(__global const struct PhotonFrame *frame, __global c
     flight.flux *= color_of(1000.0f * wavelength) * frame->white.xyz;
 #endif
     struct Fate fate;
+#ifdef MEDIUM
+    struct Medium medium = medium_of(medium_frame, volume, scattering, voxels, majorants, sigmas, albedos);
+    medium_numbers(&medium, index, pass, RNG_MEDIUM_PHOTON);
+    struct Kept kept = kept_none();
+    follow(frame, &surfaces, &flight, wavelength, index, pass, &fate, &medium, &kept);
+    photons[index] = kept_photon(&kept);
+#else
     photons[index] = follow(frame, &surfaces, &flight, wavelength, index, pass, &fate);
+#endif
     settle(&accounts[index % account_count], &fate);
 }

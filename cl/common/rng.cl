@@ -15,6 +15,8 @@
 #define RNG_PHOTON_SHIFT 7u // with the pass in place of the photon
 #define RNG_PHOTON_PASS 8u
 #define RNG_SURFACES 9u // rays among surfaces, with the draw in the upper 24 bits
+#define RNG_MEDIUM 10u // the medium among surfaces: numbers of a pixel
+#define RNG_MEDIUM_PHOTON 11u // ... of a photon
 #define RNG_PATH 2u // with the path's number in the upper 24 bits (see stream.cl)
 
 INLINE uint4 philox4x32(uint4 counter, uint2 key) {

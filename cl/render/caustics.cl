@@ -4,6 +4,8 @@
 // At glass a ray goes on both ways, as long as it carries enough; a fainter one takes either way by chance, with the
 // probability of the light that goes there. Radiance that enters a medium of index n grows by n^2, and so for the ray.
 //
+// MEDIUM: the scene has a volume that absorbs and scatters (render/caustics_medium.cl).
+//
 // Inputs: the surfaces as arrays, lights, the environment map, the map of photons of this sample's pass; output: film.
 #include "caustics/gather.cl"
 #include "film/accumulate.cl"
@@ -13,6 +15,9 @@
 #include "surfaces/direct.cl"
 #include "surfaces/optics.cl"
 #include "types/caustics.cl"
+#ifdef MEDIUM
+#include "caustics/medium.cl"
+#endif
 
 // Rays that wait for their turn: each boundary adds one at most.
 #define BRANCHES 12
@@ -31,6 +36,9 @@ struct Sample {
     struct PhotonMap map;
     __constant struct Frame *frame;
     __constant struct Caustics *method;
+#ifdef MEDIUM
+    struct Medium medium;
+#endif
     __global const struct Light *lights;
     __global const float4 *environment;
     uint2 seed;
@@ -46,6 +54,10 @@ INLINE float4 sample_random(struct Sample *sample) {
     return random4(sample->seed, sample->pixel, sample->index, purpose);
 }
 
+#ifdef MEDIUM
+#include "render/caustics_medium.cl"
+#endif
+
 // Irradiance on a diffuse surface, on the side of the viewer.
 INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit) {
     float3 irradiance = (float3)(0.0f);
@@ -58,7 +70,15 @@ INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit) {
             u = sample_random(sample).xy;
         }
 #endif
-        irradiance += direct_irradiance(&sample->surfaces, sample->lights + i, hit, normal, u);
+        struct Arrival arrival = direct_light(&sample->surfaces, sample->lights + i, hit, normal, u);
+#ifdef MEDIUM
+        float3 e = arrival.irradiance;
+        if (e.x + e.y + e.z > 0.0f) {
+            arrival.irradiance *=
+                medium_transmittance(&sample->medium, hit->point, arrival.direction, arrival.distance);
+        }
+#endif
+        irradiance += arrival.irradiance;
     }
 #endif
     float scale = sample->method->photon_scale;
@@ -70,14 +90,21 @@ INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit) {
 }
 
 // What the ray sees of what blocks nothing: the fronts of rectangles.
-INLINE float3 seen_lights(const struct Sample *sample, const struct Branch *ray, float distance) {
+INLINE float3 seen_lights(struct Sample *sample, const struct Branch *ray, float distance, bool in_medium) {
     float3 radiance = (float3)(0.0f);
 #ifdef RECTANGLES
     for (uint i = 0; i < sample->frame->rectangle_count; ++i) {
         float4 origin = (float4)(ray->origin, 0.0f);
         float4 direction = (float4)(ray->direction, 0.0f);
-        if (rectangle_distance(sample->lights + i, origin, direction, 0.0f) < distance) {
-            radiance += sample->lights[i].power.xyz;
+        float away = rectangle_distance(sample->lights + i, origin, direction, 0.0f);
+        if (away < distance) {
+            float3 seen = sample->lights[i].power.xyz;
+#ifdef MEDIUM
+            if (in_medium) {
+                seen *= medium_transmittance(&sample->medium, ray->origin, ray->direction, away);
+            }
+#endif
+            radiance += seen;
         }
     }
 #endif
@@ -128,7 +155,17 @@ INLINE uint follow(struct Sample *sample, struct Branch ray, struct Hit *hit, st
             ray.weight *= exp(-material->absorption.xyz * hit->t);
         }
     }
-    sample->radiance += ray.weight * seen_lights(sample, &ray, hit->t);
+#ifdef MEDIUM
+    bool in_medium = !met || !within_glass(&sample->surfaces, hit);
+#else
+    bool in_medium = false;
+#endif
+    sample->radiance += ray.weight * seen_lights(sample, &ray, hit->t, in_medium);
+#ifdef MEDIUM
+    if (in_medium) {
+        ray.weight *= scattered_on_the_way(sample, &ray, hit->t);
+    }
+#endif
     if (!met) {
         sample->radiance += ray.weight * background_radiance(sample->frame, sample->environment, ray.direction);
         return 0u;
@@ -154,7 +191,14 @@ INLINE uint follow(struct Sample *sample, struct Branch ray, struct Hit *hit, st
 }
 
 __kernel void render_caustics(__constant struct Frame *frame, __constant struct Camera *camera,
-    __constant struct Caustics *method, __global const struct Light *lights, __global const float4 *environment,
+#ifdef MEDIUM
+    __constant struct Volume *volume, __constant struct Caustics *method, __global const VOXEL *voxels,
+    __constant struct Scattering *scattering, __global const BrickBound *majorants, __global const float *sigmas,
+    __global const float4 *albedos,
+#else
+    __constant struct Caustics *method,
+#endif
+    __global const struct Light *lights, __global const float4 *environment,
     __global const struct Shape *shapes, __global const struct Node *nodes, __global const struct Ball *balls,
     __global const float4 *normals, __global const uint *materials_of, __global const struct Material *materials,
     PHOTON_MAP_ARGUMENTS, __global struct FilmPixel *film, uint first_tile, uint tile_count, uint first_sample,
@@ -180,6 +224,9 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
     s.environment = environment;
     s.seed = (uint2)(frame->seed_low, frame->seed_high);
     s.pixel = (uint)pixel;
+#ifdef MEDIUM
+    s.medium = medium_of(frame, volume, scattering, voxels, majorants, sigmas, albedos);
+#endif
     uint4 keys = philox4x32((uint4)((uint)pixel, 0u, 0u, 0u), s.seed);
     struct FilmPixel accumulated = film[pixel];
     for (uint index = first_sample; index < first_sample + sample_count; ++index) {
@@ -187,6 +234,9 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
         s.draws = 0u;
         s.looked_at = 0u;
         s.radiance = (float3)(0.0f);
+#ifdef MEDIUM
+        medium_numbers(&s.medium, (uint)pixel, index, RNG_MEDIUM);
+#endif
         struct CameraRay ray = camera_ray(camera, (uint)pixel, index, keys);
         struct Branch branches[BRANCHES];
         branches[0].origin = ray.origin + ray.t_min * ray.direction;

@@ -4,13 +4,13 @@
 
 // What one light would bring to a point, and from where.
 struct Arrival {
-    float3 irradiance;
+    float3 irradiance; // across the direction, or on a surface
     float3 direction; // towards the light
     float distance;
 };
 
-// `u`: two uniform numbers, for the place on a rectangle. Rectangles shine on one side.
-INLINE struct Arrival light_arrival(__global const struct Light *light, float3 point, float3 normal, float2 u) {
+// On a plane across the direction. `u`: two uniform numbers, for the place on a rectangle. Rectangles shine on one side.
+INLINE struct Arrival light_arrival_across(__global const struct Light *light, float3 point, float2 u) {
     struct Arrival arrival;
     float4 position = light->position;
     float3 power = light->power.xyz;
@@ -36,19 +36,30 @@ INLINE struct Arrival light_arrival(__global const struct Light *light, float3 p
         }
 #endif
     }
-    arrival.irradiance = max(dot(normal, arrival.direction), 0.0f) * power;
+    arrival.irradiance = power;
     return arrival;
 }
 
-// Irradiance from one light on the side of a surface that `normal` points to.
-INLINE float3 direct_irradiance(const struct Surfaces *s, __global const struct Light *light, const struct Hit *hit,
+// On a surface.
+INLINE struct Arrival light_arrival(__global const struct Light *light, float3 point, float3 normal, float2 u) {
+    struct Arrival arrival = light_arrival_across(light, point, u);
+    arrival.irradiance *= max(dot(normal, arrival.direction), 0.0f);
+    return arrival;
+}
+
+// Whether that is any light, and nothing is in its way to `origin`.
+INLINE bool light_arrives(const struct Surfaces *s, const struct Arrival *arrival, float3 origin) {
+    float3 e = arrival->irradiance;
+    return e.x + e.y + e.z > 0.0f && !surfaces_block(s, origin, arrival->direction, arrival->distance);
+}
+
+// What one light brings to the side of a surface that `normal` points to. The shadow ray starts off the surface, and ends
+// where the light is.
+INLINE struct Arrival direct_light(const struct Surfaces *s, __global const struct Light *light, const struct Hit *hit,
     float3 normal, float2 u) {
     struct Arrival arrival = light_arrival(light, hit->point, normal, u);
-    float3 e = arrival.irradiance;
-    if (!(e.x + e.y + e.z > 0.0f)) {
-        return (float3)(0.0f);
+    if (!light_arrives(s, &arrival, surface_offset(hit, arrival.direction))) {
+        arrival.irradiance = (float3)(0.0f);
     }
-    // The shadow ray starts off the surface, and ends where the light is.
-    float3 origin = surface_offset(hit, arrival.direction);
-    return surfaces_block(s, origin, arrival.direction, arrival.distance) ? (float3)(0.0f) : e;
+    return arrival;
 }

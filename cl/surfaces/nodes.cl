@@ -26,7 +26,7 @@ struct Ray {
 };
 
 // The coordinates in turn, so that `axis` is the last.
-INLINE float3 turned(float3 v, uint axis) {
+INLINE float3 axis_turned(float3 v, uint axis) {
     return axis == 0 ? v.yzx : axis == 1 ? v.zxy : v;
 }
 
@@ -50,7 +50,7 @@ INLINE struct Ray ray_through(__global const struct Node *nodes, uint count, flo
 #ifdef SHAPE_TRIANGLE
     float3 size = fabs(direction);
     ray.axis = size.x > size.y && size.x > size.z ? 0 : size.y > size.z ? 1 : 2;
-    float3 along = turned(direction, ray.axis);
+    float3 along = axis_turned(direction, ray.axis);
     ray.shear = (float3)(along.x / along.z, along.y / along.z, 1.0f / along.z);
 #endif
     ray.above = ray.below = origin;

@@ -12,7 +12,7 @@ INLINE float difference_of_products(float a, float b, float c, float d) {
 
 // A corner as seen along the ray.
 INLINE float3 sheared(float3 corner, const struct Ray *ray) {
-    float3 way = turned(corner - ray->origin, ray->axis);
+    float3 way = axis_turned(corner - ray->origin, ray->axis);
     return (float3)(fma(-ray->shear.x, way.z, way.x), fma(-ray->shear.y, way.z, way.y), way.z);
 }
 

@@ -1,14 +1,17 @@
-// A photon where it met a diffuse surface, in local units.
+// The surface + 1 of photons in the medium: no surface has this number, which is a float like others (2).
+#define IN_MEDIUM 0x40000000u
+
+// A photon where it met a diffuse surface, or where the medium scattered it, in local units.
 struct Photon {
     float4 position; // w, as bits: the direction of travel (see pack_direction)
-    float4 flux;     // per channel, over the square of the local unit; w, as bits: the surface + 1, 0: nothing is stored
+    float4 flux;     // per channel, over the square of the local unit; w, as bits: the surface + 1, or IN_MEDIUM; 0: nothing is stored
 };
 
 // Where the flux of some photons went: the mean over channels, over the square of the local unit.
 struct PhotonAccount {
     float4 met;       // emitted, stored, met diffuse surfaces directly, absorbed
     float4 met_low;   // what `met` cannot hold
-    float4 lost;      // escaped, cut by the limit on depth
+    float4 lost;      // escaped, cut by the limit on depth, absorbed by the medium; w: scattered by it, of what is stored
     float4 lost_low;
     uint photons;
     uint stored;

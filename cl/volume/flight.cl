@@ -29,10 +29,10 @@ struct RayLanes {
 
 // Directions this close to an axis plane count as this far from it: 1 / direction stays finite, and over any box the
 // ray moves less than a rounding.
-#define LEAST_SLOPE 1e-12f
+#define LEAST_STEP 1e-12f
 
 INLINE Reals off_zero(Reals d) {
-    return PICK(d, copysign((Reals)(LEAST_SLOPE), d), fabs(d) < LEAST_SLOPE);
+    return PICK(d, copysign((Reals)(LEAST_STEP), d), fabs(d) < LEAST_STEP);
 }
 
 INLINE struct RayLanes ray_lanes(struct Points origin, struct Points direction) {

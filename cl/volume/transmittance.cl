@@ -21,7 +21,20 @@ typedef union {
     float lane[12][WIDTH];
 } RayTable;
 
-#if !defined(CONSTANT_SIGMA) && (defined(ESTIMATED) || defined(RECTANGLES) || defined(EQUIANGULAR))
+// Numbers of a stream, one by one.
+struct Numbers {
+    struct Stream stream;
+    uint4 block;
+    uint used;
+};
+
+INLINE uint next_number(struct Numbers *numbers) {
+    numbers->block = (numbers->used & 3u) == 0u ? stream_block(&numbers->stream) : numbers->block.yzwx;
+    numbers->used += 1u;
+    return numbers->block.x;
+}
+
+#if !defined(CONSTANT_SIGMA) && (defined(ESTIMATED) || defined(RECTANGLES) || defined(EQUIANGULAR) || defined(MEDIUM))
 
 // One of RayLanes.
 struct TrackedRay {
@@ -45,19 +58,6 @@ struct Cost {
     uint lookups;
     uint above;
 };
-
-// Numbers of a stream, one by one.
-struct Numbers {
-    struct Stream stream;
-    uint4 block;
-    uint used;
-};
-
-INLINE uint next_number(struct Numbers *numbers) {
-    numbers->block = (numbers->used & 3u) == 0u ? stream_block(&numbers->stream) : numbers->block.yzwx;
-    numbers->used += 1u;
-    return numbers->block.x;
-}
 
 // The extinction of the channels relative to sigma_t.
 INLINE float4 channel_extinctions(const struct MediumTables *m) {

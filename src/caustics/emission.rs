@@ -43,6 +43,13 @@ device_struct! {
     }
 }
 
+impl Emitter {
+    /// Whether its light is parallel.
+    pub(super) fn is_parallel(&self) -> bool {
+        self.way == way::DIRECTIONAL
+    }
+}
+
 /// What `way` says.
 mod way {
     pub const POINT: u32 = 0;

@@ -10,7 +10,7 @@ device_struct! {
         pub met: [f32; 4],
         /// What `met` cannot hold.
         pub met_low: [f32; 4],
-        /// Escaped, cut.
+        /// Escaped, cut, absorbed by the medium; scattered by it, of what is stored.
         pub lost: [f32; 4],
         /// What `lost` cannot hold.
         pub lost_low: [f32; 4],
@@ -34,7 +34,7 @@ pub struct PhotonLedger {
     pub emitted: f64,
     /// Stored on diffuse surfaces.
     pub stored: f64,
-    /// Met a diffuse surface before anything else, and is not stored: direct light has it.
+    /// Met a diffuse surface before anything else, or was scattered by the medium, and is not stored: direct light has it.
     pub direct: f64,
     /// Absorbed by mirrors and inside glass.
     pub absorbed: f64,
@@ -42,6 +42,10 @@ pub struct PhotonLedger {
     pub escaped: f64,
     /// Lost to the limit on reflections and refractions.
     pub truncated: f64,
+    /// Absorbed by the medium.
+    pub medium_absorbed: f64,
+    /// Scattered by the medium and stored there, each time anew: no end, it goes on.
+    pub medium_scattered: f64,
     /// Photons emitted.
     pub photons: u64,
     /// Photons stored.
@@ -62,6 +66,8 @@ impl PhotonLedger {
                 absorbed: met(3),
                 escaped: lost(0),
                 truncated: lost(1),
+                medium_absorbed: lost(2),
+                medium_scattered: lost(3),
                 photons: account.photons.into(),
                 stored_photons: account.stored.into(),
             })
@@ -78,6 +84,8 @@ impl PhotonLedger {
             absorbed: self.absorbed + other.absorbed,
             escaped: self.escaped + other.escaped,
             truncated: self.truncated + other.truncated,
+            medium_absorbed: self.medium_absorbed + other.medium_absorbed,
+            medium_scattered: self.medium_scattered + other.medium_scattered,
             photons: self.photons + other.photons,
             stored_photons: self.stored_photons + other.stored_photons,
         }
@@ -93,15 +101,18 @@ impl PhotonLedger {
             absorbed: self.absorbed - other.absorbed,
             escaped: self.escaped - other.escaped,
             truncated: self.truncated - other.truncated,
+            medium_absorbed: self.medium_absorbed - other.medium_absorbed,
+            medium_scattered: self.medium_scattered - other.medium_scattered,
             photons: self.photons - other.photons,
             stored_photons: self.stored_photons - other.stored_photons,
         }
     }
 
-    /// What is missing in stored + direct + absorbed + escaped + truncated = emitted, as a share of what was emitted; 0
-    /// without any.
+    /// What is missing in stored + direct + absorbed (by the medium, too) + escaped + truncated = emitted, as a share of
+    /// what was emitted; 0 without any.
     pub fn imbalance(&self) -> f64 {
-        let ends = self.stored + self.direct + self.absorbed + self.escaped + self.truncated;
+        let absorbed = self.absorbed + self.medium_absorbed;
+        let ends = self.stored + self.direct + absorbed + self.escaped + self.truncated;
         if self.emitted == 0.0 { 0.0 } else { (ends - self.emitted) / self.emitted }
     }
 }

@@ -3,6 +3,7 @@
 //!
 //! - `emission`, `target`, `spectrum`: what leaves the lights, and where to
 //! - `photons`, `ledger`: photons on their way, and where their flux went
+//! - `medium`: the volume between the surfaces
 //! - `map`, `map_cells`, `map_types`, `receivers`: photons in an order in which those near a point are found
 //! - `radius`: how far they are gathered from, pass by pass
 //! - `settings`: what of this a scene says
@@ -13,6 +14,7 @@ mod ledger;
 mod map;
 mod map_cells;
 mod map_types;
+mod medium;
 pub(crate) mod pass_ledger;
 mod passes;
 mod photon;
@@ -27,6 +29,7 @@ pub use emission::{Emission, EmissionSettings, Emitter, TargetRectangle, emitter
 pub use ledger::{PhotonAccount, PhotonLedger};
 pub use map::{MapFacts, PhotonMap};
 pub use map_types::{Acceleration, MapFrame, MapSettings, Weighting};
+pub use medium::{PhotonMedium, medium_setup, specialise_medium};
 pub use pass_ledger::PassLedger;
 pub use passes::{PassFacts, Passes};
 pub use photon::Photon;

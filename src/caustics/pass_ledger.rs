@@ -14,15 +14,16 @@ pub struct PassLedger {
 }
 
 /// What the header says of the numbers.
-pub(crate) const MEANING: &str = "photons_stored + direct + absorbed + escaped + truncated = emitted: flux in W, the mean \
-     over channels, summed over photon_passes passes of photons; direct met a diffuse surface first, and is not stored";
+pub(crate) const MEANING: &str = "photons_stored + direct + absorbed + medium_absorbed + escaped + truncated = emitted: flux \
+     in W, the mean over channels, summed over photon_passes passes of photons; direct met a diffuse surface first, or was \
+     scattered in the medium first, and is not stored; medium_scattered is stored in the medium, and goes on";
 
 impl PassLedger {
     /// The totals as they stand in the header of an image: key (after `svetlo.`) and value. Numbers come back from their
     /// text as they were.
-    pub(crate) fn entries(&self) -> [(&'static str, String); 9] {
-        let PhotonLedger { emitted, stored, direct, absorbed, escaped, truncated, photons, stored_photons } =
-            self.flux;
+    pub(crate) fn entries(&self) -> [(&'static str, String); 11] {
+        let PhotonLedger { emitted, stored, direct, absorbed, escaped, truncated, .. } = self.flux;
+        let PhotonLedger { medium_absorbed, medium_scattered, photons, stored_photons, .. } = self.flux;
         [
             ("photon_passes", self.passes.to_string()),
             ("photons", photons.to_string()),
@@ -33,6 +34,8 @@ impl PassLedger {
             ("photons_absorbed", absorbed.to_string()),
             ("photons_escaped", escaped.to_string()),
             ("photons_truncated", truncated.to_string()),
+            ("photons_medium_absorbed", medium_absorbed.to_string()),
+            ("photons_medium_scattered", medium_scattered.to_string()),
         ]
     }
 
@@ -50,6 +53,8 @@ impl PassLedger {
             absorbed: number(header, "photons_absorbed")?,
             escaped: number(header, "photons_escaped")?,
             truncated: number(header, "photons_truncated")?,
+            medium_absorbed: number(header, "photons_medium_absorbed")?,
+            medium_scattered: number(header, "photons_medium_scattered")?,
         };
         Ok(Self { passes: number(header, "photon_passes")?, flux })
     }
@@ -68,6 +73,8 @@ mod tests {
             absorbed: 0.0,
             escaped: -1e-9,
             truncated: 7.25,
+            medium_absorbed: 0.7,
+            medium_scattered: 1.0 / 7.0,
             photons: u64::MAX,
             stored_photons: 3,
         };

@@ -2,9 +2,11 @@
 //!
 //! A pass is a function of its number and the scene alone, so a render may be cut, stopped and resumed anywhere.
 
-use super::{MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonTracer, pass_radius, photon_settings};
+use super::{
+    MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonMedium, PhotonTracer, pass_radius, photon_settings,
+};
 use crate::Result;
-use crate::device::{Arg, Device, LAUNCH_TARGET, Pacer};
+use crate::device::{Arg, Buffer, Device, LAUNCH_TARGET, Pacer};
 use crate::render::Plan;
 use crate::render::caustics::CausticsSetup;
 use crate::surfaces::SurfaceBuffers;
@@ -61,21 +63,32 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// Makes the passes of `plan` ready.
+    /// Makes the passes of `plan` ready; `voxels`: those of its volume, if it has one.
     ///
     /// # Errors
     /// [`crate::Error::Failed`] when the device lacks memory or does not build a kernel.
-    pub fn new(device: &Device, plan: &Plan<'_>, setup: &CausticsSetup) -> Result<Self> {
+    pub fn new(
+        device: &Device,
+        plan: &Plan<'_>,
+        setup: &CausticsSetup,
+        voxels: Option<&Arc<Buffer<u8>>>,
+    ) -> Result<Self> {
         let surfaces = Arc::new(SurfaceBuffers::new(device, &setup.surfaces)?);
         let lights = &plan.scene.lights;
         let settings = photon_settings(&setup.settings, plan.scene.seed);
-        let tracer = PhotonTracer::new(
+        let medium = setup
+            .medium
+            .as_ref()
+            .zip(voxels)
+            .map(|(medium, voxels)| PhotonMedium::new(device, plan, medium, Arc::clone(voxels)));
+        let tracer = PhotonTracer::within(
             device,
             lights,
             &setup.surfaces,
             Arc::clone(&surfaces),
             &plan.local,
             &settings,
+            medium.transpose()?,
         )?;
         let mut map = PhotonMap::new(device, setup.map, &setup.receivers, tracer.capacity() as usize)?;
         // Kernels take a map, be it an empty one.

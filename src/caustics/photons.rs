@@ -2,6 +2,7 @@
 
 use super::emission::{EmissionSettings, Emitter, emitters};
 use super::ledger::{PhotonAccount, PhotonLedger};
+use super::medium::{PhotonMedium, begin_before};
 use super::photon::Photon;
 use super::spectrum::mean_color;
 use crate::device::{Arg, Buffer, Device, Kernel, MemoryPlan, Program, ProgramSpec};
@@ -63,6 +64,7 @@ pub struct PhotonTracer {
     frame: Buffer<PhotonFrame>,
     emitters: Buffer<Emitter>,
     surfaces: Arc<SurfaceBuffers>,
+    medium: Option<PhotonMedium>,
     photons: Buffer<Photon>,
     accounts: Buffer<PhotonAccount>,
     capacity: u32,
@@ -84,12 +86,33 @@ impl PhotonTracer {
         frame: &LocalFrame,
         settings: &PhotonSettings,
     ) -> Result<Self> {
-        let emitters = emitters(lights, surfaces, frame, &settings.emission)?;
+        Self::within(device, lights, surfaces, buffers, frame, settings, None)
+    }
+
+    /// The same in a medium, if there is one: that of `frame`'s box.
+    ///
+    /// # Errors
+    /// As [`PhotonTracer::new`].
+    pub fn within(
+        device: &Device,
+        lights: &[Light],
+        surfaces: &SurfaceArrays,
+        buffers: Arc<SurfaceBuffers>,
+        frame: &LocalFrame,
+        settings: &PhotonSettings,
+        medium: Option<PhotonMedium>,
+    ) -> Result<Self> {
+        let mut emitters = emitters(lights, surfaces, frame, &settings.emission)?;
+        if medium.is_some() {
+            begin_before(&mut emitters, frame);
+        }
         let capacity = emitters.iter().map(|emitter| emitter.count).sum();
         let mut plan = MemoryPlan::default();
         Self::memory(&mut plan, capacity);
         plan.check(device.info())?;
-        let program = Program::build(device, &Self::program(surfaces, settings))?;
+        let spec = Self::program(surfaces, settings);
+        let program =
+            Program::build(device, &medium.iter().fold(spec, |spec, medium| medium.specialise(spec)))?;
         let [seed_low, seed_high] = [settings.seed as u32, (settings.seed >> 32) as u32];
         let [r, g, b] = mean_color().map(|mean| (1.0 / mean) as f32);
         let parameters = PhotonFrame {
@@ -110,6 +133,7 @@ impl PhotonTracer {
             frame: Buffer::from_slice(device, &[parameters])?,
             emitters: Buffer::from_slice(device, &listed)?,
             surfaces: buffers,
+            medium,
             photons: Buffer::uninitialised(device, capacity as usize)?,
             accounts: Buffer::zeroed(device, ACCOUNTS)?,
             capacity,
@@ -149,6 +173,7 @@ impl PhotonTracer {
             let mut arguments = vec![Arg::from(&self.frame), (&self.emitters).into()];
             arguments.extend(self.surfaces.arguments());
             arguments.extend([(&self.photons).into(), (&self.accounts).into()]);
+            arguments.extend(self.medium.iter().flat_map(PhotonMedium::arguments));
             arguments.extend([ACCOUNTS as u32, pass, from, part].map(Arg::from));
             self.kernel.enqueue(device, &arguments, [part as usize, 1, 1])?;
         }

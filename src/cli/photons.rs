@@ -16,8 +16,9 @@ pub fn line(ledger: &PassLedger, facts: &PassFacts) -> Option<String> {
     let share = |part: f64| percent(part / flux.emitted);
     let parts = [
         ("stored", flux.stored),
-        ("met a diffuse surface first", flux.direct),
+        ("left to direct light", flux.direct),
         ("absorbed", flux.absorbed),
+        ("absorbed by the volume", flux.medium_absorbed),
         ("escaped", flux.escaped),
         ("cut by method.depth", flux.truncated),
     ];
@@ -59,6 +60,8 @@ pub fn report(ledger: &PassLedger, facts: &PassFacts) -> Value {
             "absorbed": flux.absorbed,
             "escaped": flux.escaped,
             "truncated": flux.truncated,
+            "medium_absorbed": flux.medium_absorbed,
+            "medium_scattered": flux.medium_scattered,
             "imbalance": flux.imbalance(),
         },
         "this_run": facts,

@@ -3,9 +3,10 @@
 
 use super::lights::DeviceLight;
 use super::local::LocalFrame;
-use super::method::{DeviceFrame, HostBuffer, MethodSetup};
+use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::caustics::{
-    Emitter, MapSettings, PhotonTracer, Receiver, emitters, map_settings, photon_settings, receiver,
+    Emitter, MapSettings, PhotonTracer, Receiver, emitters, map_settings, medium_setup, photon_settings,
+    receiver, specialise_medium,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
@@ -19,6 +20,8 @@ use glam::DVec3;
 const SPLIT: f32 = 0.02;
 /// The radius of gathering over the extent of what makes caustics, where the scene does not say.
 const RADIUS: f64 = 0.01;
+/// Tables of the scattering methods that the medium is read from: majorants, extinction, albedo.
+pub const MEDIUM_TABLES: usize = 3;
 
 device_struct! {
     "types/caustics.cl",
@@ -55,6 +58,8 @@ pub struct CausticsSetup {
     pub map: MapSettings,
     /// The radius of the first pass, local units.
     pub radius: f64,
+    /// The medium between the surfaces as single scattering reads it, where the scene has a volume.
+    pub medium: Option<MethodSetup>,
 }
 
 impl CausticsSetup {
@@ -67,6 +72,10 @@ impl CausticsSetup {
         // Keys and numbers, before and after, whatever sorts them.
         plan.add("keys of photons", photons, 20);
         plan.items.extend(CellRanges::memory(self.map.table_cells, self.settings.photons as usize).items);
+        for table in self.medium.iter().flat_map(|medium| &medium.tables) {
+            // For photons once more.
+            plan.add(table.name, table.bytes.len() as u64, 1);
+        }
         plan.add("shapes", self.surfaces.shapes.len() as u64, size_of::<DeviceShape>());
         plan.add("boxes of shapes", self.surfaces.nodes.len() as u64, size_of::<DeviceNode>());
         plan
@@ -94,17 +103,20 @@ pub fn frame(scene: &Scene, meshes: &Meshes) -> LocalFrame {
     }
 }
 
-/// Makes the method ready.
+/// Makes the method ready, with a volume between the surfaces if there is one.
 ///
 /// # Errors
-/// [`crate::Error::Input`] where float32 cannot hold the scene.
+/// [`crate::Error::Input`] where float32 cannot hold the scene, or the volume does what this method does not know.
 pub fn prepare(
     scene: &Scene,
     settings: Caustics,
     meshes: &Meshes,
     local: &LocalFrame,
+    volume: Option<&MethodInput<'_>>,
     frame: &mut DeviceFrame,
 ) -> Result<MethodSetup> {
+    // Before the lights: those of the medium have no say.
+    let medium = volume.map(|input| medium_setup(input, &settings, frame)).transpose()?;
     let surfaces = SurfaceArrays::new(&scene.surfaces, &scene.materials, meshes, local)?;
     let lights = device_lights(&scene.lights, local, frame);
     let map = map_settings(&settings.gather);
@@ -123,16 +135,24 @@ pub fn prepare(
         depth: settings.depth,
         ..DeviceCaustics::zeroed()
     };
-    let spec = map
+    let mut spec = map
         .define_gather(surfaces.specialise(ProgramSpec::new("render/caustics.cl")))
         .feature("RECTANGLES", frame.rectangle_count > 0)
         .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays);
+    let mut tables = Vec::new();
+    if let Some(medium) = &medium {
+        spec = specialise_medium(spec, medium);
+        tables.push(HostBuffer { name: "medium", bytes: medium.parameters.bytes.clone() });
+        let of_medium = medium.tables.iter().take(MEDIUM_TABLES);
+        tables.extend(of_medium.map(|table| HostBuffer { name: table.name, bytes: table.bytes.clone() }));
+    }
+    tables.push(lights_buffer(&lights));
     Ok(MethodSetup {
         spec,
         kernel: "render_caustics",
         parameters: HostBuffer::new("method parameters", &[parameters]),
-        tables: vec![lights_buffer(&lights)],
-        value_units: 1.0,
+        tables,
+        value_units: medium.as_ref().map_or(1.0, |medium| medium.value_units),
         random: true,
         lanes: false,
         paths: false,
@@ -146,6 +166,7 @@ pub fn prepare(
             surfaces,
             map,
             radius,
+            medium,
         })),
     })
 }
@@ -180,7 +201,8 @@ fn photon_scale(emitters: &[Emitter], paper_intensity: Option<f64>) -> f32 {
 
 /// Whether there is anything that photons would bring.
 fn photons_wanted(scene: &Scene, settings: &Caustics, surfaces: &SurfaceArrays) -> bool {
-    let receives = surfaces.materials_of.iter().any(|&of| !scene.materials[of as usize].is_specular());
+    let receives = scene.volume.is_some()
+        || surfaces.materials_of.iter().any(|&of| !scene.materials[of as usize].is_specular());
     let sends = surfaces.specular_bounds.is_some() || settings.direct == CausticsDirect::Photons;
     settings.photons > 0 && receives && sends && !scene.lights.is_empty()
 }
@@ -194,7 +216,8 @@ fn notes(scene: &Scene, meshes: &Meshes, photons: bool) -> Vec<String> {
     }
     let black = matches!(scene.background, Background::Constant(color) if color == [0.0; 3]);
     if !black {
-        notes.push("the background is seen, directly and in mirrors and glass, but lights no surface".into());
+        let lit = if scene.volume.is_some() { "neither surfaces nor the volume" } else { "no surface" };
+        notes.push(format!("the background is seen, directly and in mirrors and glass, but lights {lit}"));
     }
     notes
 }

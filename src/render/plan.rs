@@ -68,16 +68,20 @@ impl<'a> Plan<'a> {
             Some(volume) => volume.local,
             None => caustics::frame(scene, data.meshes),
         };
-        let mut method = match &volume {
-            _ if let Method::Caustics(settings) = scene.method => {
-                caustics::prepare(scene, settings, data.meshes, &local, &mut frame)?
+        let input = volume.as_ref().map(|PlannedVolume { grid, bricks, local, window, .. }| MethodInput {
+            scene,
+            grid,
+            bricks,
+            local,
+            window: *window,
+            environment: map.as_ref(),
+        });
+        let mut method = match (&scene.method, &input) {
+            (&Method::Caustics(settings), input) => {
+                caustics::prepare(scene, settings, data.meshes, &local, input.as_ref(), &mut frame)?
             }
-            Some(PlannedVolume { grid, bricks, local, window, .. }) => {
-                let window = *window;
-                let input = MethodInput { scene, grid, bricks, local, window, environment: map.as_ref() };
-                method::prepare(&input, &mut frame)?
-            }
-            None => return Err(no_volume()),
+            (_, Some(input)) => method::prepare(input, &mut frame)?,
+            (_, None) => return Err(no_volume()),
         };
         notes.append(&mut method.notes);
         let lens = matches!(scene.camera.kind, CameraKind::Perspective { aperture, .. } if aperture > 0.0);

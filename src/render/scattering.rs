@@ -373,7 +373,7 @@ fn occupied(input: &MethodInput<'_>, majorants: &Majorants) -> [[f32; 4]; 2] {
 }
 
 /// The emitted radiance of every entry of the table; `None` where nothing glows.
-pub(super) fn emission(transfer: &Transfer, window: (f64, f64)) -> Result<Option<Vec<[f32; 4]>>> {
+pub(crate) fn emission(transfer: &Transfer, window: (f64, f64)) -> Result<Option<Vec<[f32; 4]>>> {
     let emission = match transfer {
         Transfer::OneD(settings) => TransferFunction1d::from_settings(settings, window).emission,
         Transfer::TwoD(settings) => TransferFunction2d::from_settings(settings)?.emission,

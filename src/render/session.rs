@@ -163,8 +163,8 @@ impl Session {
             }
             _ => None,
         };
-        let passes =
-            plan.method.caustics.as_ref().map(|setup| Passes::new(&device, plan, setup).map(Box::new));
+        let traced = |setup| Passes::new(&device, plan, setup, voxels.as_ref()).map(Box::new);
+        let passes = plan.method.caustics.as_deref().map(traced);
         let passes = passes.transpose()?;
         let build_time =
             program.build_time + passes.as_ref().map_or(Duration::ZERO, |passes| passes.build_time);

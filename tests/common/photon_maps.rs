@@ -82,7 +82,7 @@ impl Gathering {
         self.gather("probe_irradiance", &self.map(settings, photons, radius).0, at)
     }
 
-    /// Density at points.
+    /// Density at points, where all photons are in the medium.
     pub fn density(
         &self,
         settings: MapSettings,
@@ -90,7 +90,14 @@ impl Gathering {
         radius: f32,
         at: &[Query],
     ) -> Vec<Found> {
-        self.gather("probe_density", &self.map(settings, photons, radius).0, at)
+        let mark = |photon: &Photon| match *photon {
+            Photon { position, flux: [r, g, b, surface] } if surface.to_bits() != 0 => {
+                Photon { position, flux: [r, g, b, f32::from_bits(Photon::IN_MEDIUM)] }
+            }
+            none => none,
+        };
+        let photons: Vec<Photon> = photons.iter().map(mark).collect();
+        self.gather("probe_density", &self.map(settings, &photons, radius).0, at)
     }
 
     pub fn gather(&self, kernel: &'static str, map: &PhotonMap, at: &[Query]) -> Vec<Found> {

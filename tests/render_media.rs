@@ -1,0 +1,263 @@
+//! A volume among surfaces: what it takes of direct light, photons and camera rays, and what it scatters.
+
+mod common;
+
+use common::{EPS, close, device};
+use std::f64::consts::PI;
+use std::path::Path;
+use svetlo::caustics::PassLedger;
+use svetlo::film::FilmPixel;
+use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session};
+use svetlo::scene::Scene;
+
+const SURFACES: &str = "[[material]]\nname = \"white\"\nkind = \"diffuse\"\ncolor = 1\n\
+    [[material]]\nname = \"mirror\"\nkind = \"mirror\"\ncolor = [0.9, 0.6, 0.3]\n\
+    [[material]]\nname = \"glass\"\nkind = \"dielectric\"\nior = 1.5\n\
+    [[material]]\nname = \"nothing\"\nkind = \"dielectric\"\nior = 1\n";
+
+fn parsed(text: &str) -> svetlo::Result<Scene> {
+    let loaded = svetlo::config::parse("test.toml", text, &[])?;
+    Scene::from_loaded(&loaded, Path::new(env!("CARGO_MANIFEST_DIR")))
+}
+
+fn render(text: &str, samples: u32) -> (Vec<FilmPixel>, Option<PassLedger>) {
+    let scene = parsed(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let data = SceneData::load(&scene).unwrap();
+    let plan = Plan::new(&scene, &data, BRICK_SHIFT).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let mut session = Session::new(device(), &plan).unwrap();
+    session.render(samples).unwrap();
+    (session.film().unwrap(), session.photons().copied())
+}
+
+/// A camera without perspective, a surface square of `extent` × `extent` seen by `pixels` × `pixels`.
+fn camera(pixels: u32, extent: f64, from: [f64; 3], to: [f64; 3], up: [f64; 3]) -> String {
+    format!(
+        "[image]\nwidth = {pixels}\nheight = {pixels}\nfilter = \"point\"\n[camera]\nkind = \"orthographic\"\n\
+         position = {from:?}\ntarget = {to:?}\nup = {up:?}\nheight = {extent}\n{SURFACES}"
+    )
+}
+
+/// Where the ray through the centre of a pixel is: to the right and up, from the middle.
+fn place(index: usize, pixels: u32, extent: f64) -> (f64, f64) {
+    let n = f64::from(pixels);
+    let (i, j) = (index % pixels as usize, index / pixels as usize);
+    (extent * ((i as f64 + 0.5) / n - 0.5), extent * (0.5 - (j as f64 + 0.5) / n))
+}
+
+/// A volume that fills the box, of one extinction or of one that rises along z from 0 to twice that.
+fn fog(low: [f64; 3], size: [f64; 3], sigma: f64, ramp: bool) -> String {
+    let (field, opacity) = if ramp { ("kind = \"ramp\"", 0) } else { ("kind = \"constant\"", 1) };
+    let cells = if ramp { [3, 2, 40] } else { [1, 1, 1] };
+    let spacing: Vec<f64> = size.iter().zip(cells).map(|(size, n)| size / f64::from(n)).collect();
+    format!(
+        "[volume]\nfield = {{ {field} }}\ndims = {cells:?}\nspacing = {spacing:?}\norigin = {low:?}\nwindow = {{ lo = 0, hi = 1 }}\n\
+         [transfer]\npoints = [ {{ value = 0, opacity = {opacity}, color = 1 }}, {{ value = 1, opacity = 1, color = 1 }} ]\n\
+         [medium]\nsigma_max = {}\n",
+        if ramp { 2.0 * sigma } else { sigma }
+    )
+}
+
+const FLOOR: &str =
+    "[[surface]]\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"white\"\n";
+const DOWN: &str = "[[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\n";
+
+#[test]
+fn a_layer_between_lamp_and_floor_takes_the_light_that_crosses_it() {
+    for ramp in [false, true] {
+        let layer = fog([-20.0, -20.0, 1.0], [40.0, 40.0, 1.0], 0.7, ramp);
+        let text = format!(
+            "{}{layer}albedo = 0\n{FLOOR}[[light]]\nkind = \"point\"\nposition = [0.3, -0.2, 3]\nintensity = [3, 2, 1]\n\
+             [method]\nkind = \"caustics\"\n",
+            camera(8, 4.0, [0.0, 0.0, 0.5], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+        );
+        let samples = if ramp { 256 } else { 1 };
+        let (film, _) = render(&text, samples);
+        for (index, pixel) in film.iter().enumerate() {
+            let (x, y) = place(index, 8, 4.0);
+            let square = (x - 0.3).powi(2) + (y + 0.2).powi(2) + 9.0;
+            let left = (-0.7 * square.sqrt() / 3.0).exp();
+            for (c, intensity) in [3.0, 2.0, 1.0].into_iter().enumerate() {
+                let expected = intensity / PI * 3.0 / square.powf(1.5) * left;
+                let noise = pixel.variance().map_or(0.0, |v| (v[c] / f64::from(samples)).sqrt());
+                // 16 roundings of places and products, twice that where distances are cubed; 512 pixels and channels.
+                close(
+                    &format!("pixel {index}"),
+                    pixel.mean()[c],
+                    expected,
+                    6.0 * noise + 64.0 * EPS * expected,
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_behind_a_layer_is_seen_through_it_and_glass_displaces_it() {
+    // A box that refracts nothing, half as deep as the layer, before the right half of the picture.
+    let text = format!(
+        "{}{}albedo = 0\n[[surface]]\nkind = \"box\"\nlow = [0, -5, 1]\nhigh = [5, 5, 2]\nmaterial = \"nothing\"\n\
+         [background]\ncolor = [1, 2, 4]\n[method]\nkind = \"caustics\"\n",
+        camera(6, 4.0, [0.0, 0.0, 9.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        fog([-20.0, -20.0, 0.0], [40.0, 40.0, 3.0], 0.4, false)
+    );
+    let (film, _) = render(&text, 1);
+    for (index, pixel) in film.iter().enumerate() {
+        let way = if place(index, 6, 4.0).0 > 0.0 { 2.0 } else { 3.0 };
+        for (c, radiance) in [1.0, 2.0, 4.0].into_iter().enumerate() {
+            let expected = radiance * (-0.4_f64 * way).exp();
+            // Places to some 9 units.
+            close(&format!("pixel {index}"), pixel.mean()[c], expected, 32.0 * EPS * expected);
+        }
+    }
+}
+
+#[test]
+fn direct_light_is_scattered_once_as_by_single_scattering() {
+    let light = "[[light]]\nkind = \"point\"\nposition = [0.4, -2, 1.5]\nintensity = [3, 2, 1]\n\
+        [[light]]\nkind = \"rectangle\"\ncentre = [0, 0, 3]\nedge_u = [0, 0.4, 0]\nedge_v = [0.4, 0, 0]\nradiance = 5\n";
+    for (phase, ramp) in [("kind = \"henyey-greenstein\"\ng = 0.4", false), ("kind = \"isotropic\"", true)] {
+        let scene = |method: &str| {
+            format!(
+                "{}{}albedo = [0.9, 0.6, 0.3]\n[phase]\n{phase}\n{light}[method]\n{method}",
+                camera(6, 1.6, [3.0, -5.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+                fog([-1.0, -1.0, -1.0], [2.0, 2.0, 2.0], 0.8, ramp)
+            )
+        };
+        let far = "kind = \"caustics\"\n[[surface]]\nkind = \"sphere\"\ncentre = [0, 90, 0]\nradius = 0.1\nmaterial = \"white\"\n";
+        let (ours, _) = render(&scene(far), 128);
+        let method = scene("kind = \"single-scattering\"\n").replace(SURFACES, "");
+        let (theirs, _) = render(&method, 128);
+        for (index, (a, b)) in ours.iter().zip(&theirs).enumerate() {
+            for c in 0..3 {
+                let sigma = ((a.variance().unwrap()[c] + b.variance().unwrap()[c]) / 128.0).sqrt();
+                assert!(sigma < 0.1 * b.mean()[c], "{sigma} of {}", b.mean()[c]);
+                // 216 values.
+                close(&format!("pixel {index}"), a.mean()[c], b.mean()[c], 5.5 * sigma);
+            }
+        }
+    }
+}
+
+/// A box in light that goes down, above a volume from z = 0 to 1, seen from the side.
+fn beam(pixels: u32, phase: &str, ramp: bool, method: &str) -> String {
+    format!(
+        "{}{}albedo = [0.9, 0.6, 0.3]\n[phase]\n{phase}\n\
+         [[surface]]\nkind = \"box\"\nlow = [-0.4, -0.4, 1.2]\nhigh = [0.4, 0.4, 1.4]\nmaterial = \"nothing\"\n\
+         {DOWN}irradiance = 2\n\
+         [method]\nkind = \"caustics\"\ndirect = \"none\"\n{method}",
+        camera(pixels, 0.5, [0.0, -9.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 1.0]),
+        fog([-1.0, -1.0, 0.0], [2.0, 2.0, 1.0], 0.6, ramp)
+    )
+}
+
+#[test]
+fn photons_in_the_volume_show_the_beam_that_they_are_of() {
+    // The box turns nothing, and its light counts as that of glass. Scattered once: two boundaries and one collision.
+    let g = 0.5_f64;
+    let lobe = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g).powf(1.5));
+    for (phase, share, ramp) in [
+        ("kind = \"isotropic\"", 0.25 / PI, false),
+        ("kind = \"henyey-greenstein\"\ng = 0.5", lobe, false),
+        ("kind = \"isotropic\"", 0.25 / PI, true),
+    ] {
+        let samples = 48;
+        let text = beam(6, phase, ramp, "depth = 2\nphotons = 16384\nradius = 0.06\nalpha = 1\n");
+        let (film, ledger) = render(&text, samples);
+        let ledger = ledger.unwrap();
+        for (index, pixel) in film.iter().enumerate() {
+            let z = 0.5 + place(index, 6, 0.5).1;
+            let sigma = if ramp { 1.2 * z } else { 0.6 };
+            // From above to there, and from there to the camera: exp(-sigma (1 + y)) over the beam.
+            let depth = if ramp { 0.6 * (1.0 - z * z) } else { 0.6 * (1.0 - z) };
+            let across = ((-sigma * 0.6).exp() - (-sigma * 1.4_f64).exp()) / sigma;
+            for (c, albedo) in [0.9, 0.6, 0.3].into_iter().enumerate() {
+                let expected = 2.0 * albedo * sigma * share * (-depth).exp() * across;
+                let noise = (pixel.variance().unwrap()[c] / f64::from(samples)).sqrt();
+                assert!(noise < 0.05 * expected, "{noise} of {expected}");
+                // The kernel's bias is a twentieth of r² f'' (E t² is 0.4 in space, a third of that along z): 1e-4.
+                close(
+                    &format!("{phase}, pixel {index}"),
+                    pixel.mean()[c],
+                    expected,
+                    5.5 * noise + 5e-4 * expected,
+                );
+            }
+        }
+        let flux = &ledger.flux;
+        assert!(flux.imbalance().abs() < 1e-5, "{}", flux.imbalance());
+        let emitted = 2.0 * 0.64 * f64::from(samples);
+        close("emitted", flux.emitted, emitted, 0.02 * emitted);
+        // Optical depth 0.6; a photon is stopped or not, and the albedo is 0.6 on average.
+        let stopped = 1.0 - (-0.6_f64).exp();
+        let chance = 5.0 * (stopped * (1.0 - stopped) / f64::from(samples) / 16384.0).sqrt();
+        let light = flux.emitted;
+        close("scattered", flux.medium_scattered / light, 0.6 * stopped, chance);
+        close("absorbed", flux.medium_absorbed / light, 0.4 * stopped, chance);
+        assert_eq!(flux.medium_scattered, flux.truncated);
+    }
+}
+
+#[test]
+fn the_ledger_closes_around_a_glass_sphere_in_fog() {
+    let text = format!(
+        "{}{}albedo = [0.9, 0.8, 0.7]\n[phase]\nkind = \"rayleigh\"\n{FLOOR}\
+         [[surface]]\nkind = \"sphere\"\ncentre = [0, 0, 1]\nradius = 0.5\nmaterial = \"glass\"\n\
+         {DOWN}irradiance = 2\n[method]\nkind = \"caustics\"\nphotons = 32768\ndepth = 12\nradius = 0.05\n",
+        camera(8, 3.0, [0.0, -9.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]),
+        fog([-2.0, -2.0, 0.0], [4.0, 4.0, 2.5], 0.8, true)
+    );
+    let (film, ledger) = render(&text, 2);
+    let flux = ledger.unwrap().flux;
+    assert!(flux.imbalance().abs() < 1e-5, "{flux:?}");
+    let parts = [flux.stored, flux.direct, flux.medium_absorbed, flux.medium_scattered, flux.escaped];
+    assert!(parts.iter().all(|&part| part > 0.01 * flux.emitted), "{flux:?}");
+    assert!(film.iter().all(|pixel| pixel.mean()[..3].iter().all(|c| c.is_finite())));
+    // Light that comes down to the sphere's middle crosses 0.16 (2.5² - 1.5²) = 0.64 before; less lies above its edges.
+    // What is stopped there is not stored: 0.8 of it is scattered, and seen as direct light.
+    assert!(flux.direct < 0.8 * (1.0 - (-0.64_f64).exp()) * flux.emitted + 0.25 * flux.emitted, "{flux:?}");
+}
+
+#[test]
+fn a_volume_that_holds_nothing_changes_nothing() {
+    let text = |volume: &str| {
+        format!(
+            "{}{volume}{FLOOR}[[surface]]\nkind = \"sphere\"\ncentre = [0.2, 0, 0.7]\nradius = 0.3\nmaterial = \"mirror\"\n\
+             [[light]]\nkind = \"point\"\nposition = [0.3, -0.2, 3]\nintensity = [3, 2, 1]\n[background]\ncolor = 1\n\
+             [method]\nkind = \"caustics\"\nphotons = 16384\nradius = 0.1\n",
+            camera(9, 3.0, [1.0, -4.0, 3.0], [0.0, 0.0, 0.3], [0.0, 0.0, 1.0])
+        )
+    };
+    let (without, _) = render(&text(""), 2);
+    let (with, ledger) = render(&text(&fog([-1.0, -1.0, -1.0], [2.0, 2.0, 2.0], 0.0, false)), 2);
+    assert_eq!(ledger.unwrap().flux.medium_scattered, 0.0);
+    for (a, b) in with.iter().zip(&without) {
+        for c in 0..3 {
+            // Places have other roundings in the volume's units, which decide on photons at the edge of the kernel, whose
+            // weight is next to none.
+            close("radiance", a.mean()[c], b.mean()[c], 1e-3 * b.mean()[c]);
+        }
+    }
+}
+
+#[test]
+fn what_a_volume_among_surfaces_cannot_do_is_refused_in_words() {
+    let refusal = |medium: &str, method: &str| {
+        let text = format!(
+            "{}{}{medium}\n{FLOOR}[method]\nkind = \"caustics\"\n{method}",
+            camera(4, 1.0, [0.0, 0.0, 9.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            fog([0.0; 3], [1.0; 3], 1.0, false)
+        );
+        let refused = parsed(&text).and_then(|scene| {
+            let data = SceneData::load(&scene)?;
+            Plan::new(&scene, &data, BRICK_SHIFT).map(drop)
+        });
+        refused.unwrap_err().to_string()
+    };
+    let message = refusal("extinction_color = [1, 0.5, 0.2]", "");
+    assert!(message.contains("medium.extinction_color"), "{message}");
+    let message = refusal("", "gather = { acceleration = \"planar\" }");
+    assert!(message.contains("planar") && message.contains("voxels"), "{message}");
+    let message =
+        refusal("", "emission = { flux = \"equal\" }\ngather = { weights = \"paper\", intensity = 1 }");
+    assert!(message.contains("method.gather.weights"), "{message}");
+}
