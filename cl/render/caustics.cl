@@ -102,7 +102,9 @@ INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, cons
         on.origin = surface_offset(hit, on.direction);
         on.weight *= density;
     }
-    float carried = max(max(ray->weight.x, ray->weight.y), ray->weight.z) * min(at.reflectance, passing);
+    // As it would be outside: inside, radiance counts less and is more.
+    float most = max(max(ray->weight.x, ray->weight.y), ray->weight.z) * (hit->inside ? density : 1.0f);
+    float carried = most * min(at.reflectance, passing);
     if (passing <= 0.0f || room < 2u || carried < sample->method->split) {
         bool reflect = passing <= 0.0f || sample_random(sample).x < at.reflectance;
         branches[0] = reflect ? back : on;
