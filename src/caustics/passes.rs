@@ -99,7 +99,12 @@ impl Passes {
 
     /// Whether the map holds the photons of this pass.
     pub fn is_ready(&self, pass: u32) -> bool {
-        self.mapped == Some(pass) || self.tracer.capacity() == 0
+        self.mapped == Some(pass) || !self.has_photons()
+    }
+
+    /// Whether passes have any photons.
+    pub fn has_photons(&self) -> bool {
+        self.tracer.capacity() > 0
     }
 
     /// One launch towards the map of `pass`.
