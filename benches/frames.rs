@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use svetlo::device::{Catalog, Device, DeviceInfo};
 use svetlo::film::{FilmPixel, FilmSummary};
-use svetlo::render::{BRICK_SHIFT, Plan, Session, load_volume};
+use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session};
 use svetlo::scene::{Method, Scene};
 use timing::{Times, Wanted};
 
@@ -132,15 +132,15 @@ fn measure(info: &DeviceInfo, scene: &str, overrides: &[String]) -> svetlo::Resu
             reference.render(1)?;
             rmse(&film, &reference.film()?)
         }
-        // Exact as they are; no frame is of a light volume.
-        Method::Mip { .. } | Method::Isosurface { .. } | Method::LightVolume(_) => 0.0,
+        // Exact as they are; no frame is of a light volume or of caustics.
+        Method::Mip { .. } | Method::Isosurface { .. } | Method::LightVolume(_) | Method::Caustics(_) => 0.0,
     };
     Ok(Frame { times, lookups: lookups as f64 / rays as f64, rmse, build: session.build_time })
 }
 
 fn open(info: &DeviceInfo, scene: &Scene) -> svetlo::Result<Session> {
-    let volume = load_volume(&scene.volume)?;
-    Session::new(Device::open(info)?, &Plan::new(scene, &volume, BRICK_SHIFT)?)
+    let loaded = SceneData::load(&scene)?;
+    Session::new(Device::open(info)?, &Plan::new(scene, &loaded, BRICK_SHIFT)?)
 }
 
 fn timed(session: &mut Session, samples: u32) -> svetlo::Result<Duration> {

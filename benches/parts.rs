@@ -19,7 +19,7 @@ use svetlo::render::grid::{Grid, StoredWindow};
 use svetlo::render::lights::Lights;
 use svetlo::render::local::LocalFrame;
 use svetlo::render::method::DeviceFrame;
-use svetlo::render::{BRICK_SHIFT, Plan, Session, load_volume};
+use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session};
 use svetlo::scene::{Background, EnvironmentSampling, Scene};
 use svetlo::volume::{Volume, Voxels};
 use timing::{Times, Wanted, count};
@@ -241,8 +241,8 @@ impl Bench {
             "method={kind=\"single-scattering\"}".into(),
         ];
         let scene = cloud(&overrides)?;
-        let volume = load_volume(&scene.volume)?;
-        let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
+        let loaded = SceneData::load(&scene)?;
+        let plan = Plan::new(&scene, &loaded, BRICK_SHIFT)?;
         let medium = LitMedium::new(&self.device, &plan, &plan.method)?;
         let grid = LightGrid::new(&plan.local, 1);
         let mut direct = Direct::new(&self.device, &medium, &grid, &scene.phase)?;
@@ -257,7 +257,7 @@ impl Bench {
             Ok::<Duration, svetlo::Error>(begin.elapsed())
         })?;
         let lookups = direct.cost(&self.device)?.lookups / u64::from(passes);
-        row(name, &times, lookups, "look-ups", 8 * plan.grid.device_voxels().1);
+        row(name, &times, lookups, "look-ups", 8 * plan.volume()?.grid.device_voxels().1);
         Ok(())
     }
 }
@@ -283,8 +283,8 @@ fn track(info: &DeviceInfo, estimator: &str) -> svetlo::Result<Tracked> {
         format!("method={{kind=\"multiple-scattering\",transmittance=\"{estimator}\",paths=4}}"),
     ];
     let scene = cloud(&overrides)?;
-    let volume = load_volume(&scene.volume)?;
-    let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
+    let loaded = SceneData::load(&scene)?;
+    let plan = Plan::new(&scene, &loaded, BRICK_SHIFT)?;
     let mut session = Session::new(Device::open(info)?, &plan)?;
     let mut done = 0;
     // Each run adds a sample to every pixel.

@@ -1,12 +1,12 @@
 //! Maps of photons: all of them find the photons that brute force finds, and both sum what their twin sums.
 
 mod common;
-#[path = "common/photons.rs"]
-mod photons;
+#[path = "common/photon_maps.rs"]
+mod photon_maps;
 
 use common::EPS;
 use glam::{DVec3, dvec3};
-use photons::{Found, Gathering, Query, empty, onto, photon, stored};
+use photon_maps::{Found, Gathering, Query, empty, onto, photon, stored};
 use svetlo::caustics::{Acceleration, MapSettings, Photon, PhotonMap, Receiver, Weighting};
 use svetlo::device::Buffer;
 use svetlo::reference::photons::{

@@ -2,7 +2,7 @@
 
 mod common;
 
-use svetlo::device::{Buffer, Device};
+use svetlo::device::{Buffer, Device, Program, ProgramSpec};
 use svetlo::reference::random::philox4x32;
 use svetlo::reference::sort::{cell_ranges, order};
 use svetlo::sort::{CellRanges, Fill, Form, SortKey, SortKind, Sorted, Sorter};
@@ -180,6 +180,41 @@ fn ranges_of_special_orders() {
             assert_eq!(table.ranges().read(&device).unwrap(), cell_ranges(&keys, *cells), "{fill:?} {cells}");
         }
     }
+}
+
+#[test]
+fn cells_are_found_in_sorted_keys() {
+    let device = common::device();
+    let mut sorter = Sorter::<u32>::new(&device, SortKind::Radix, 3000).unwrap();
+    for count in [0, 1, 2, 3000] {
+        let cells: Vec<u32> = (0..1100).collect();
+        let keys: Vec<u32> = words(count, 9).into_iter().map(|w| (w % 1000) as u32).collect();
+        let (sorted, keys) = sorted_cells(&device, &mut sorter, &keys);
+        let kernel = "__kernel void probe(__global const uint *keys, uint count, __global uint *first, uint cells) {\n\
+                      uint i = (uint)get_global_id(0);\n\
+                      if (i < cells) first[i] = sorted_first(keys, count, first[i]);\n}\n";
+        let program = Program::build_probe(&device, &ProgramSpec::new("sort/search.cl"), kernel).unwrap();
+        let first = Buffer::from_slice(&device, &cells).unwrap();
+        let arguments =
+            [sorted.keys.into(), (count as u32).into(), (&first).into(), (cells.len() as u32).into()];
+        program.kernel(&device, "probe").unwrap().run(&device, &arguments, cells.len()).unwrap();
+        let expected: Vec<_> =
+            cells.iter().map(|&cell| keys.partition_point(|&key| key < cell) as u32).collect();
+        assert_eq!(first.read(&device).unwrap(), expected, "{count} items");
+    }
+}
+
+/// Elements by what each method has to keep: the result, 8 bytes each; pairs twice, or one element; counters of tiles or
+/// chunks are less than a tenth.
+#[test]
+fn memory_is_that_of_keys_and_pairs() {
+    let device = common::device();
+    let items = 1 << 20;
+    let total = |kind| Sorter::<u32>::memory(device.info(), kind, items).total() as f64 / items as f64;
+    assert_eq!(total(SortKind::Bitonic), 16.0);
+    assert!((24.0..26.4).contains(&total(SortKind::Radix)), "{}", total(SortKind::Radix));
+    assert_eq!(Sorter::<u64>::memory(device.info(), SortKind::Bitonic, items).total(), 24 * items as u64);
+    assert_eq!(CellRanges::memory(1 << 24, items).total(), (8 << 24) + 4 * items as u64);
 }
 
 #[test]

@@ -16,7 +16,7 @@ use svetlo::reference::camera::Ray;
 use svetlo::reference::emission_absorption::Integrator;
 use svetlo::reference::lights::Sky;
 use svetlo::reference::quadrature::gauss_legendre;
-use svetlo::render::{BRICK_SHIFT, Plan, Session, load_volume};
+use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session};
 use svetlo::scene::Scene;
 
 const SUN: &str = "[[light]]\nkind = \"directional\"\ndirection = [0.3, 0.5, -1]\nirradiance = [3, 2, 1]\n";
@@ -364,8 +364,8 @@ fn cost_of_look_ups() {
         let overrides: Vec<String> = overrides.into_iter().chain([single.clone()]).collect();
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/cloud_scattering.toml");
         let scene = Scene::load(&path, &overrides).unwrap();
-        let volume = load_volume(&scene.volume).unwrap();
-        let plan = Plan::new(&scene, &volume, BRICK_SHIFT).unwrap();
+        let loaded = SceneData::load(&scene).unwrap();
+        let plan = Plan::new(&scene, &loaded, BRICK_SHIFT).unwrap();
         let medium = LitMedium::new(&device, &plan, &plan.method).unwrap();
         let grid = LightGrid::new(&plan.local, 2);
         let mut direct = Direct::new(&device, &medium, &grid, &scene.phase).unwrap();

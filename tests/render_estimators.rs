@@ -93,7 +93,7 @@ fn along(case: &Case, f: impl Fn(f64, [f64; 2]) -> f64) -> [f64; 2] {
     let plan = case.plan();
     let table = plan.method.tables.iter().find(|table| table.name == "majorants").unwrap();
     let bounds: Vec<[f32; 2]> = bytemuck::pod_collect_to_vec(&table.bytes);
-    let counts = plan.grid.brick_ranges(BRICK_SHIFT).counts;
+    let counts = plan.volume().unwrap().bricks.counts;
     let (field, medium) = (case.field(), case.medium());
     let ray = Ray::towards(DVec3::new(-5.0, 3.2, 1.1), DVec3::new(40.0, 6.5, 7.4));
     let (from, to) = field.clip(&ray).unwrap();

@@ -11,6 +11,10 @@
 #define RNG_STRATA 3u // keys of a sample's stratified points
 #define RNG_DIRECT 4u // direct light of cells, with the kind of ray in the upper 24 bits, as the next
 #define RNG_DIRECT_STRATA 5u
+#define RNG_PHOTON 6u // with the turn of the photon as the block
+#define RNG_PHOTON_SHIFT 7u // with the pass in place of the photon
+#define RNG_PHOTON_PASS 8u
+#define RNG_SURFACES 9u // rays among surfaces, with the draw in the upper 24 bits
 #define RNG_PATH 2u // with the path's number in the upper 24 bits (see stream.cl)
 
 INLINE uint4 philox4x32(uint4 counter, uint2 key) {

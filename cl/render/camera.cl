@@ -2,8 +2,8 @@
 #include "common/sobol.cl"
 #include "types/camera.cl"
 
-// A ray in local units; `t` counts local length from `origin`, which lies near the volume.
-struct Ray {
+// A ray from the camera in local units; `t` counts local length from `origin`, which lies near the volume.
+struct CameraRay {
     float3 origin;
     float3 direction; // unit length
     float t_min;      // where the eye is: everything before it is behind the camera
@@ -22,7 +22,7 @@ INLINE float2 concentric_disk(float2 u) {
 }
 
 // `keys`: the pixel's random words (see sobol.cl).
-INLINE struct Ray camera_ray(__constant struct Camera *camera, uint pixel, uint sample, uint4 keys) {
+INLINE struct CameraRay camera_ray(__constant struct Camera *camera, uint pixel, uint sample, uint4 keys) {
     uint2 size = (uint2)(camera->width, camera->height);
 #ifdef FILTER_BOX
     float2 in_pixel = sobol_pair(sample, keys, 0);
@@ -42,7 +42,7 @@ INLINE struct Ray camera_ray(__constant struct Camera *camera, uint pixel, uint 
 #endif
     // Not length(): compilers guard it against overflow that cannot happen here.
     float per_depth = sqrt(dot(direction, direction));
-    struct Ray ray;
+    struct CameraRay ray;
     ray.origin = point;
     ray.direction = direction / per_depth;
     ray.t_min = -camera->depth * per_depth;

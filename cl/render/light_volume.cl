@@ -34,7 +34,7 @@ __kernel void render_light_volume(__constant struct Frame *frame, __constant str
 #endif
     struct FilmPixel accumulated = film[pixel];
     for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
-        struct Ray ray = camera_ray(camera, (uint)pixel, sample, keys);
+        struct CameraRay ray = camera_ray(camera, (uint)pixel, sample, keys);
         struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
         struct Gathered g = gathered_nothing();
         if (grid.t1 > grid.t0) {

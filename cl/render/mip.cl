@@ -49,7 +49,7 @@ __kernel void render_mip(__constant struct Frame *frame, __constant struct Camer
     // The file's slope may be negative: then the largest value is the smallest stored one, and everything is negated.
     bool turned = volume->value_scale < 0.0f;
     for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
-        struct Ray ray = camera_ray(camera, (uint)pixel, sample, keys);
+        struct CameraRay ray = camera_ray(camera, (uint)pixel, sample, keys);
         struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
         uint lookups = 0;
         if (!(grid.t1 > grid.t0)) {

@@ -1,4 +1,4 @@
-// Binary search in sorted keys: which items lie in a cell where no table of cells is built, and how many items are valid.
+// Binary search in sorted keys: which items lie in a cell, where there are too many cells for a table of them.
 #include "sort/words.cl"
 
 // The first of the sorted keys that is at least key; count when none is.
@@ -13,11 +13,4 @@ INLINE uint sorted_first(__global const Key *keys, uint count, Key key) {
         }
     }
     return first;
-}
-
-// How many keys are of valid items.
-__kernel void sorted_valid(__global uint *valid, __global const Key *keys, uint count) {
-    if (get_global_id(0) == 0) {
-        valid[0] = sorted_first(keys, count, KEY_NONE);
-    }
 }

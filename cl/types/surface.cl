@@ -1,13 +1,16 @@
 // Surfaces, in local units: the shapes that rays meet, and what they are made of.
 
-// What `kind` of a Shape says.
-#define SURFACE_PLANE 0      // a: a point; b: unit normal
-#define SURFACE_SPHERE 1     // a: centre, w: radius
-#define SURFACE_RECTANGLE 2  // a: a corner; b, c: the edges; d: unit normal along b x c
-#define SURFACE_DISK 3       // a: centre, w: radius; b: unit normal
+// What `kind` of a Shape says. Each holds what its test needs: `offset` is the distance of its plane from the origin
+// along the normal.
+#define SURFACE_PLANE 0      // b: unit normal, w: offset
+#define SURFACE_SPHERE 1     // a: centre, w: radius; b: the point of it that is nearest to the scene, w: 1 / radius;
+                             // c: unit normal there
+#define SURFACE_RECTANGLE 2  // a: a corner; b, c: (point - a) . b and . c are 0..1 along the edges; d: unit normal
+                             // along edge_u x edge_v, w: offset
+#define SURFACE_DISK 3       // a: centre, w: radius; b: unit normal, w: offset
 #define SURFACE_BOX 4        // a, b: low and high corner, axis-aligned
 #define SURFACE_METABALLS 5  // a, b: low and high corner of its bounds; c.x: threshold; the field is above it inside
-#define SURFACE_TRIANGLE 6   // a: a corner; b, c: the edges from it; d: unit normal along b x c
+#define SURFACE_TRIANGLE 6   // a, b, c: the corners; d: unit normal along (b - a) x (c - a), w: offset
 
 // A geometric primitive. The normal points outward: out of closed shapes.
 struct Shape {

@@ -13,11 +13,10 @@ use crate::device::{Device, DeviceInfo, sources_hash};
 use crate::metrics::{Removed, compare};
 use crate::picture::{Picture, read_exr, write_exr};
 use crate::render::{
-    BRICK_SHIFT, Ended, Observer, Plan, Saved, Session, Snapshot, Spent, Status, data_hash, load_volume,
+    BRICK_SHIFT, Ended, Observer, Plan, Saved, SceneData, Session, Snapshot, Spent, Status, data_hash,
     run as run_progressive,
 };
 use crate::scene::{Scene, Stop};
-use crate::volume::Volume;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -60,9 +59,9 @@ pub fn render(
     folder: &Folder,
     watch: &Watch<'_>,
 ) -> Result<Rendered> {
-    let volume = load_volume(&spec.scenes[0].volume)?;
-    let plan = Plan::new(&spec.scenes[0], &volume, BRICK_SHIFT)?;
-    let data = data_hash(&plan, &volume)?;
+    let loaded = SceneData::load(&spec.scenes[0])?;
+    let plan = Plan::new(&spec.scenes[0], &loaded, BRICK_SHIFT)?;
+    let data = data_hash(&plan, &loaded)?;
     let (random, lit) = (plan.depends_on_seed(), plan.method.light.is_some());
     drop(plan);
     let version = env!("CARGO_PKG_VERSION");
@@ -76,7 +75,7 @@ pub fn render(
             path: folder.path(&format!("references/{key}-{index}.exr")),
         });
     let streams = streams.collect();
-    let mut job = Job { spec, case, device, volume: &volume, data: &data, watch, lit, streams };
+    let mut job = Job { spec, case, device, loaded: &loaded, data: &data, watch, lit, streams };
     let (pictures, samples, seconds) = job.run()?;
     let hash = short_hash(format!("{key} {samples}").as_bytes());
     let name = format!("references/{key}.exr");
@@ -126,7 +125,7 @@ struct Job<'a> {
     spec: &'a ComputedReference,
     case: &'a str,
     device: &'a DeviceInfo,
-    volume: &'a Volume,
+    loaded: &'a SceneData,
     data: &'a str,
     watch: &'a Watch<'a>,
     /// Whether there is a light volume.
@@ -184,7 +183,7 @@ impl Job<'_> {
 
     /// Brings a stream to `target` samples, or leaves it where it is if it has them.
     fn advance(&self, stream: &Stream<'_>, target: u64) -> Result<(Picture, Spent)> {
-        let plan = Plan::new(stream.scene, self.volume, BRICK_SHIFT)?;
+        let plan = Plan::new(stream.scene, self.loaded, BRICK_SHIFT)?;
         let target = if plan.is_deterministic() { 1 } else { target };
         // One that is damaged is no loss: it is rendered anew.
         let saved = Saved::open(&stream.path, stream.scene).ok().flatten();

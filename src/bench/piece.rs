@@ -3,13 +3,13 @@
 use super::files::{Folder, read_json, write_json};
 use super::measure::measure;
 use super::pool::without_state;
-use super::results::{Checkpoint, LightRun, Repeat};
+use super::results::{Checkpoint, LightRun, PhotonRun, Repeat};
 use super::suite::{CaseSpec, Checkpoints, short_hash};
 use super::watch::Watch;
 use crate::device::{Device, DeviceInfo, sources_hash};
 use crate::metrics::squared_error_blocks;
 use crate::picture::{Picture, read_exr, write_exr};
-use crate::render::{BRICK_SHIFT, Plan, Progress, Session, Snapshot, data_hash, load_volume};
+use crate::render::{BRICK_SHIFT, Plan, Progress, SceneData, Session, Snapshot, data_hash};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -91,9 +91,9 @@ impl Task<'_> {
         let mut sets = self.case.overrides.clone();
         sets.push(format!("seed={}", self.seed));
         let scene = Scene::load(&self.case.scene_path, &sets)?;
-        let volume = load_volume(&scene.volume)?;
-        let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
-        let data = data_hash(&plan, &volume)?;
+        let loaded = SceneData::load(&scene)?;
+        let plan = Plan::new(&scene, &loaded, BRICK_SHIFT)?;
+        let data = data_hash(&plan, &loaded)?;
         let mut session = Session::new(Device::open(self.device)?, &plan)?;
         let prepare = begin.elapsed().saturating_sub(session.build_time);
         let warmup = warm_up(&mut session, &plan, self.case.warmup, watch)?;
@@ -102,7 +102,10 @@ impl Task<'_> {
             session: &mut session,
             plan: &plan,
             data: &data,
-            bytes: VOXELS_PER_LOOKUP * plan.grid.device_voxels().1 as u64,
+            bytes: plan
+                .volume
+                .as_ref()
+                .map_or(0, |volume| VOXELS_PER_LOOKUP * volume.grid.device_voxels().1 as u64),
             clock: Duration::ZERO,
             measured: self.references.iter().map(|_| (Vec::new(), Vec::new())).collect(),
             last: None,
@@ -111,6 +114,7 @@ impl Task<'_> {
         run.checkpoints()?;
         let (measured, last) = (run.measured, run.last.map(without_state));
         let light = session.light_facts().map(LightRun::of);
+        let photons = session.pass_facts().map(PhotonRun::of);
         let repeat = |checkpoints| Repeat {
             seed: self.seed,
             build_seconds: session.build_time.as_secs_f64(),
@@ -118,6 +122,7 @@ impl Task<'_> {
             prepare_seconds: prepare.as_secs_f64(),
             warmup_seconds: warmup.as_secs_f64(),
             light,
+            photons,
             checkpoints,
         };
         let mut pieces = Vec::new();

@@ -14,8 +14,10 @@ use super::summary::{Measured, summarise};
 use super::trust::Trust;
 use super::watch::Watch;
 use crate::device::DeviceInfo;
-use crate::render::{BRICK_SHIFT, Plan, data_hash, load_volume, method_name};
-use crate::scene::{DirectLight, LightVolume, Method, Orders, Quadrature, ScatteredLight, Scattering};
+use crate::render::{BRICK_SHIFT, Plan, SceneData, data_hash, method_name};
+use crate::scene::{
+    Caustics, DirectLight, LightVolume, Method, Orders, Quadrature, ScatteredLight, Scattering,
+};
 use crate::{Error, Result};
 use std::time::Instant;
 
@@ -247,14 +249,14 @@ pub(super) fn facts(case: &CaseSpec, devices: &[&DeviceInfo]) -> Result<Facts> {
         Error::Failed(text) => Error::Failed(format!("case \"{}\": {text}", case.name)),
         other => other,
     };
-    let volume = load_volume(&case.scene.volume).map_err(named)?;
-    let plan = Plan::new(&case.scene, &volume, BRICK_SHIFT).map_err(named)?;
+    let loaded = SceneData::load(&case.scene).map_err(named)?;
+    let plan = Plan::new(&case.scene, &loaded, BRICK_SHIFT).map_err(named)?;
     let memory = plan.memory();
     devices.iter().try_for_each(|device| memory.check(device)).map_err(named)?;
     Ok(Facts {
-        data: data_hash(&plan, &volume).map_err(named)?,
+        data: data_hash(&plan, &loaded).map_err(named)?,
         deterministic: plan.is_deterministic(),
-        voxels: volume.dims,
+        voxels: loaded.volume.map_or([0; 3], |volume| volume.dims),
         device_bytes: memory.total(),
     })
 }
@@ -304,7 +306,13 @@ fn estimators(method: &Method) -> Vec<String> {
             phrases
         }
         Method::LightVolume(volume) => light_phrases(volume),
+        Method::Caustics(caustics) => caustics_phrases(caustics),
     }
+}
+
+fn caustics_phrases(caustics: &Caustics) -> Vec<String> {
+    let radius = caustics.radius.map(|radius| format!("radius {radius}"));
+    [Some(format!("{} photons a pass", caustics.photons)), radius].into_iter().flatten().collect()
 }
 
 fn light_phrases(volume: &LightVolume) -> Vec<String> {

@@ -84,17 +84,24 @@ impl Default for MapSettings {
 }
 
 impl MapSettings {
-    /// Adds the definitions with which kernels gather (`cl/caustics/gather.cl`).
+    /// Adds the definitions with which kernels gather (`cl/caustics/gather.cl`) on a device.
     pub fn define(&self, spec: ProgramSpec, info: &DeviceInfo) -> ProgramSpec {
+        Self::define_lanes(self.define_gather(spec), info)
+    }
+
+    /// Adds what depends on the device alone.
+    pub fn define_lanes(spec: ProgramSpec, info: &DeviceInfo) -> ProgramSpec {
+        spec.feature("GATHER_LANES", info.kind == DeviceKind::Cpu)
+    }
+
+    /// Adds what does not depend on the device.
+    pub fn define_gather(&self, spec: ProgramSpec) -> ProgramSpec {
         let weighting = match self.weighting {
             Weighting::Constant => "KERNEL_CONSTANT",
             Weighting::Cone => "KERNEL_CONE",
             Weighting::Smoothstep => "KERNEL_SMOOTHSTEP",
         };
-        self.define_cells(spec)
-            .feature(weighting, true)
-            .feature("EDGE_CORRECTION", self.edge_correction)
-            .feature("GATHER_LANES", info.kind == DeviceKind::Cpu)
+        self.define_cells(spec).feature(weighting, true).feature("EDGE_CORRECTION", self.edge_correction)
     }
 
     pub(super) fn define_cells(&self, spec: ProgramSpec) -> ProgramSpec {

@@ -4,8 +4,11 @@ use super::{load_scene, print_line};
 use crate::Result;
 use crate::device::memory::readable_bytes;
 use crate::device::{Catalog, MemoryPlan};
-use crate::render::{BRICK_SHIFT, Plan, announced_memory, load_volume, method_name};
-use crate::scene::{Background, Camera, CameraKind, Filter, Method, Phase, ScatteringMedium};
+use crate::render::{BRICK_SHIFT, Plan, PlannedVolume, SceneData, announced_memory, method_name};
+use crate::scene::{
+    Background, Camera, CameraKind, Filter, Method, Phase, ScatteringMedium, Scene, SurfaceMaterial,
+};
+use crate::volume::Volume;
 use glam::DVec3;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -29,9 +32,9 @@ pub fn run(arguments: &CheckArgs) -> Result<()> {
     let scene = load_scene(&arguments.scene, &arguments.set)?;
     let catalog = Catalog::enumerate();
     refuse_what_fits_nowhere(&announced_memory(&scene), &catalog)?;
-    let volume = load_volume(&scene.volume)?;
-    let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
-    print_line(&describe(&plan, &volume, &catalog))
+    let data = SceneData::load(&scene)?;
+    let plan = Plan::new(&scene, &data, BRICK_SHIFT)?;
+    print_line(&describe(&plan, data.volume.as_ref(), &catalog))
 }
 
 /// A field that no device can hold is not worth sampling; without a device, the plan is all there is to say.
@@ -40,12 +43,9 @@ fn refuse_what_fits_nowhere(memory: &MemoryPlan, catalog: &Catalog) -> Result<()
     if verdicts.iter().any(Result::is_ok) { Ok(()) } else { verdicts.into_iter().next().unwrap_or(Ok(())) }
 }
 
-fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume, catalog: &Catalog) -> String {
+fn describe(plan: &Plan<'_>, volume: Option<&Volume>, catalog: &Catalog) -> String {
     let mut text = String::new();
     let scene = plan.scene;
-    let [x, y, z] = volume.dims;
-    let spacing = plan.local.spacing * plan.local.unit;
-    let size = plan.local.size() * plan.local.unit;
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<10} {value}");
     };
@@ -58,17 +58,13 @@ fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume, catalog: &Catalog) 
     if scene.views.len() > 1 {
         line("views", format!("{}, of which this is the first", scene.views.len()));
     }
-    line(
-        "volume",
-        format!(
-            "{x}×{y}×{z} {}, spacing {}, box {} to {}",
-            volume.voxel_type().name(),
-            point(spacing),
-            point(plan.local.origin),
-            point(plan.local.origin + size)
-        ),
-    );
-    line("window", format!("{} to {}", plan.window.0 as f32, plan.window.1 as f32));
+    if let (Some(volume), Some(planned)) = (volume, &plan.volume) {
+        line("volume", volume_text(volume, planned));
+        line("window", format!("{} to {}", planned.window.0 as f32, planned.window.1 as f32));
+    }
+    if !scene.surfaces.is_empty() {
+        line("surfaces", surfaces_text(scene));
+    }
     line("background", background_text(&scene.background));
     line("method", method_name(&scene.method).into());
     if let Method::Scattering(_) | Method::LightVolume(_) = scene.method {
@@ -98,6 +94,32 @@ fn describe(plan: &Plan<'_>, volume: &crate::volume::Volume, catalog: &Catalog) 
         line("device", "none found; install an OpenCL runtime to render".into());
     }
     text.trim_end().into()
+}
+
+fn volume_text(volume: &Volume, planned: &PlannedVolume<'_>) -> String {
+    let [x, y, z] = volume.dims;
+    let local = &planned.local;
+    format!(
+        "{x}×{y}×{z} {}, spacing {}, box {} to {}",
+        volume.voxel_type().name(),
+        point(local.spacing * local.unit),
+        point(local.origin),
+        point(local.origin + local.size() * local.unit)
+    )
+}
+
+/// How many surfaces there are of each kind of material.
+fn surfaces_text(scene: &Scene) -> String {
+    let count = |what: &str, wanted: fn(&SurfaceMaterial) -> bool| {
+        let of = scene.surfaces.iter().filter(|surface| wanted(&scene.materials[surface.material])).count();
+        (of > 0).then(|| format!("{of} {what}"))
+    };
+    let kinds = [
+        count("diffuse", |material| matches!(material, SurfaceMaterial::Diffuse { .. })),
+        count("mirror", |material| matches!(material, SurfaceMaterial::Mirror { .. })),
+        count("glass", |material| matches!(material, SurfaceMaterial::Dielectric { .. })),
+    ];
+    kinds.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 fn point(p: DVec3) -> String {

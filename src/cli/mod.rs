@@ -8,6 +8,7 @@ mod interrupt;
 mod ladder;
 mod light;
 mod output;
+mod photons;
 mod progress;
 mod render;
 mod selftest;

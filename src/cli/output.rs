@@ -1,6 +1,6 @@
 //! Where `svetlo render` writes, and that it overwrites nothing it reads.
 
-use crate::scene::{Background, Scene, Table2d, Transfer, VolumeSource};
+use crate::scene::{Background, Scene, SurfaceShape, Table2d, Transfer, VolumeSource};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -63,9 +63,13 @@ pub fn check_inputs_survive(output: &Path, scene_file: &Path, scene: &Scene) -> 
 
 fn inputs<'a>(scene_file: &'a Path, scene: &'a Scene) -> Vec<&'a Path> {
     let mut inputs = vec![scene_file];
-    if let VolumeSource::File { path, .. } = &scene.volume.source {
+    if let Some(VolumeSource::File { path, .. }) = scene.volume.as_ref().map(|volume| &volume.source) {
         inputs.push(path);
     }
+    inputs.extend(scene.surfaces.iter().filter_map(|surface| match &surface.shape {
+        SurfaceShape::Mesh { path, .. } => Some(path.as_path()),
+        _ => None,
+    }));
     if let Background::Environment { path, .. } = &scene.background {
         inputs.push(path);
     }

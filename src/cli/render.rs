@@ -12,11 +12,10 @@ use crate::device::{Catalog, Device, DeviceInfo};
 use crate::irradiance::LightData;
 use crate::picture::check_writable;
 use crate::render::{
-    BRICK_SHIFT, Ended, Plan, Saved, Session, announced_memory, data_hash, load_volume, method_name,
+    BRICK_SHIFT, Ended, Plan, Saved, SceneData, Session, announced_memory, data_hash, method_name,
     preview_tonemap, run as run_progressive,
 };
 use crate::scene::{Method, Scene, Stop};
-use crate::volume::Volume;
 use crate::{Error, Result};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -95,11 +94,11 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     let catalog = Catalog::enumerate();
     let info = catalog.select(selector(arguments).as_deref())?;
     announced_memory(&scene).check(info)?;
-    let volume = load_volume(&scene.volume)?;
+    let data = SceneData::load(&scene)?;
     let mut job = Job {
         arguments,
         info,
-        volume: &volume,
+        data: &data,
         interrupt,
         light: None,
         views: scene.views.len(),
@@ -120,7 +119,7 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
 struct Job<'a> {
     arguments: &'a RenderArgs,
     info: &'a DeviceInfo,
-    volume: &'a Volume,
+    data: &'a SceneData,
     interrupt: Arc<AtomicBool>,
     /// The light volume, once a picture has computed it and others need it.
     light: Option<LightData>,
@@ -137,8 +136,8 @@ impl Job<'_> {
         let arguments = self.arguments;
         let preview = output.with_extension("png");
         let saved = if arguments.resume { saved(arguments, output, scene)? } else { None };
-        let plan = Plan::new(scene, self.volume, BRICK_SHIFT)?;
-        let data_hash = data_hash(&plan, self.volume)?;
+        let plan = Plan::new(scene, self.data, BRICK_SHIFT)?;
+        let data_hash = data_hash(&plan, self.data)?;
         let film = saved.as_ref().map(|saved| saved.film(&plan, &data_hash)).transpose()?;
         if !arguments.quiet {
             let resumed = saved.as_ref().and_then(|saved| saved.note(self.info));

@@ -1,8 +1,9 @@
 //! What `svetlo render` says at the end: one JSON document, or two lines for people.
 
 use super::stderr::say;
-use super::{energy, light, print_line};
+use super::{energy, light, photons, print_line};
 use crate::render::{Ended, Plan, Session, Snapshot, Spent, method_name};
+use crate::scene::{Caustics, Method};
 use crate::{Error, Result};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -54,6 +55,12 @@ impl Summary<'_> {
             let method = &self.plan.scene.method;
             say(&energy::line(paths, method));
             energy::warning(paths, method).iter().for_each(|text| say(&format!("note: {text}")));
+        }
+        if let (Some(ledger), Some(facts)) = (&self.snapshot.photons, self.session.pass_facts()) {
+            photons::line(ledger, facts).iter().for_each(|text| say(text));
+            if let Method::Caustics(Caustics { depth, .. }) = self.plan.scene.method {
+                photons::warning(ledger, depth).iter().for_each(|text| say(&format!("note: {text}")));
+            }
         }
         let summary = &self.snapshot.summary;
         if summary.standard_error.is_some()
@@ -161,6 +168,8 @@ impl Summary<'_> {
             "lookups_per_ray": summary.lookups as f64 / summary.samples.max(1) as f64,
             "light": self.session.light_facts(),
             "paths": self.snapshot.paths.as_ref().map(energy::report),
+            "photons": self.snapshot.photons.as_ref().zip(self.session.pass_facts())
+                .map(|(ledger, facts)| photons::report(ledger, facts)),
             "mean": summary.mean,
             "estimated_error": summary.relative_error(),
             "rejected_samples": summary.rejected,

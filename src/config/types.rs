@@ -7,11 +7,16 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::types_caustics::{
+    AccelerationConfig, DirectConfig, EmissionConfig, FillConfig, FluxConfig, GatherConfig, KernelConfig,
+    SortConfig, TargetConfig, WeightsConfig,
+};
 pub use super::types_medium::{MediumConfig, PhaseConfig};
 pub use super::types_method::{
     Compositing, DiffusionSolver, Domain, FluxLimiter, LightModel, MethodConfig, QuadratureConfig,
     SteadyConfig, Transmittance,
 };
+pub use super::types_surface::{DispersionConfig, MaterialConfig, MetaballConfig, SurfaceConfig};
 pub use super::types_transfer::{ColorMap, Outline, PointConfig, ShapeConfig, TransferConfig};
 pub use super::types_volume::{
     Axis, Endian, FieldConfig, SheppLoganRotation, VolumeConfig, VoxelKind, WindowConfig,
@@ -32,8 +37,8 @@ pub struct SceneConfig {
     pub image: ImageConfig,
     /// The camera. Image right is forward × up (right-handed).
     pub camera: CameraConfig,
-    /// The volume: a file or a procedural field, and where it lies in the scene.
-    pub volume: VolumeConfig,
+    /// The volume: a file or a procedural field, and where it lies in the scene. Only caustics do without.
+    pub volume: Option<VolumeConfig>,
     /// How the opacity of the transfer function becomes extinction, and what of it scatters.
     #[serde(default)]
     pub medium: MediumConfig,
@@ -49,6 +54,12 @@ pub struct SceneConfig {
     /// The lights, one `[[light]]` table each.
     #[serde(default)]
     pub light: Vec<LightConfig>,
+    /// What surfaces are made of, one `[[material]]` table each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub material: Vec<MaterialConfig>,
+    /// The surfaces, one `[[surface]]` table each (caustics only).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surface: Vec<SurfaceConfig>,
     /// The rendering method and its parameters.
     pub method: MethodConfig,
     /// How the PNG preview is made, and what else the EXR image, always linear float32, holds.

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::types_caustics::{DirectConfig, EmissionConfig, GatherConfig};
 use super::types_transfer::ColorMap;
 use super::values::Albedo;
 
@@ -154,6 +155,34 @@ pub enum MethodConfig {
         #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
         termination: f64,
     },
+    /// Caustics of mirrors and glass on diffuse surfaces: photons from the lights, gathered where camera rays end
+    /// (Bogolepov, Sopin and Turlapov). Each sample is a pass of new photons, gathered from less and less far.
+    Caustics {
+        /// Photons per pass, of all lights together.
+        #[serde(default = "quarter_million")]
+        #[schemars(range(max = 2_147_483_647))]
+        photons: u32,
+        /// Radius of gathering in the first pass, scene units. Default: a hundredth of what mirrors and glass extend.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        radius: Option<f64>,
+        /// How the radius shrinks: its square times (i + alpha) / (i + 1) after pass i (Knaus and Zwicker 2011); 1 keeps it.
+        #[serde(default = "two_thirds")]
+        #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
+        alpha: f64,
+        /// Most times that light is reflected or refracted, by photons and by camera rays.
+        #[serde(default = "sixteen")]
+        #[schemars(range(min = 1, max = 1000))]
+        depth: u32,
+        /// How the light that arrives without a mirror or glass in its way comes into the picture.
+        #[serde(default)]
+        direct: DirectConfig,
+        /// From where photons start, and with how much light each.
+        #[serde(default)]
+        emission: EmissionConfig,
+        /// How their light is gathered.
+        #[serde(default)]
+        gather: GatherConfig,
+    },
 }
 
 /// How light spreads in the volume.
@@ -284,6 +313,18 @@ pub enum Compositing {
 
 fn one() -> f64 {
     1.0
+}
+
+fn quarter_million() -> u32 {
+    1 << 18
+}
+
+fn two_thirds() -> f64 {
+    2.0 / 3.0
+}
+
+fn sixteen() -> u32 {
+    16
 }
 
 fn one_voxel() -> u32 {

@@ -33,7 +33,7 @@ impl LitMedium {
     /// # Errors
     /// [`crate::Error::Failed`] when the device lacks memory.
     pub fn new(device: &Device, plan: &Plan<'_>, transport: &MethodSetup) -> Result<Self> {
-        Self::around(device, plan, transport, Arc::new(plan.grid.upload(device)?))
+        Self::around(device, plan, transport, Arc::new(plan.volume()?.grid.upload(device)?))
     }
 
     /// The same with the plan's voxels, which are on the device already.
@@ -46,17 +46,18 @@ impl LitMedium {
         transport: &MethodSetup,
         voxels: Arc<Buffer<u8>>,
     ) -> Result<Self> {
+        let planned = plan.volume()?;
         let upload = |bytes: &[u8]| Buffer::from_slice(device, bytes);
         let tables =
             transport.tables[..TABLES].iter().map(|table| upload(&table.bytes)).collect::<Result<_>>()?;
         let spec = transport
             .spec
             .clone()
-            .define("VOXEL", plan.grid.device_type())
+            .define("VOXEL", planned.grid.device_type())
             .feature("ENVIRONMENT", plan.frame.environment_width > 0);
         Ok(Self {
             frame: upload(bytemuck::bytes_of(&plan.frame))?,
-            volume: upload(bytemuck::bytes_of(&plan.volume))?,
+            volume: upload(bytemuck::bytes_of(&planned.device))?,
             method: upload(&transport.parameters.bytes)?,
             voxels,
             tables,

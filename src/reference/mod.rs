@@ -11,11 +11,13 @@
 //! - [`medium`], [`emission_absorption`]: the transfer function and the integral along a ray
 //! - [`mip`], [`isosurface`]: the largest value, the first surface and its shading
 //! - [`phase`]: phase functions
+//! - [`optics`], [`metaballs`]: boundaries of glass, and a surface that rays meet
 //! - [`lights`]: direct light at a point, and the environment map
 //! - [`scattering`]: plain Monte Carlo for any scene, and single scattering in a homogeneous box by quadrature
 //! - [`slab`], [`half_space`]: layers, half spaces and infinite media that scatter, by transport theory
 //! - [`convection`]: direct light by upwind differences, scattered light by explicit diffusion
 //! - [`diffusion`]: the steady diffusion equation by conjugate gradients
+//! - [`surfaces`]: where rays meet surfaces
 //! - [`photons`]: irradiance from photons
 //! - [`random`], [`sobol`]: random numbers, bit for bit
 //! - [`film`]: statistics of samples
@@ -32,7 +34,9 @@ pub mod half_space;
 pub mod isosurface;
 pub mod lights;
 pub mod medium;
+pub mod metaballs;
 pub mod mip;
+pub mod optics;
 pub mod phase;
 pub mod photons;
 pub mod quadrature;
@@ -41,3 +45,4 @@ pub mod scattering;
 pub mod slab;
 pub mod sobol;
 pub mod sort;
+pub mod surfaces;

@@ -120,5 +120,6 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         notes: Vec::new(),
         details,
         light: None,
+        caustics: None,
     })
 }

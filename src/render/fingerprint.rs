@@ -1,9 +1,10 @@
 //! Fingerprints of data: they tell whether two runs worked on the same bytes.
 
+use super::load::DataRef;
 use super::plan::Plan;
 use crate::scene::{Background, Table2d, Transfer, VolumeSource};
-use crate::volume::Volume;
 use crate::{Error, Result};
+use glam::DVec3;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
@@ -46,15 +47,26 @@ impl Fingerprint {
 ///
 /// # Errors
 /// [`Error::Input`] when the table's file can no longer be read.
-pub fn data_hash(plan: &Plan<'_>, volume: &Volume) -> Result<String> {
+pub fn data_hash<'a>(plan: &Plan<'_>, data: impl Into<DataRef<'a>>) -> Result<String> {
     let scene = plan.scene;
     let mut fingerprint = Fingerprint::new();
     let mut files = false;
-    if let VolumeSource::File { .. } = scene.volume.source {
+    let source = scene.volume.as_ref().map(|volume| &volume.source);
+    let data = data.into();
+    if let (Some(VolumeSource::File { .. }), Some(volume)) = (source, data.volume) {
         let geometry = [volume.spacing.x, volume.spacing.y, volume.spacing.z, volume.slope, volume.intercept];
         let what = format!("{:?} {} {geometry:?}", volume.dims, volume.voxel_type().name());
         fingerprint.add(&what, volume.voxels.as_bytes());
         files = true;
+    }
+    for (index, _) in scene.surfaces.iter().enumerate() {
+        if let Some(mesh) = data.meshes.of(index) {
+            fingerprint.add("points of a mesh", bytemuck::cast_slice(&flat(&mesh.points)));
+            fingerprint.add("triangles of a mesh", bytemuck::cast_slice(&mesh.triangles));
+            let normals = mesh.normals.iter().flatten().flatten().copied().collect::<Vec<_>>();
+            fingerprint.add("normals of a mesh", bytemuck::cast_slice(&flat(&normals)));
+            files = true;
+        }
     }
     if let Background::Environment { .. } = scene.background {
         fingerprint.add("environment", &plan.environment.bytes);
@@ -69,6 +81,10 @@ pub fn data_hash(plan: &Plan<'_>, volume: &Volume) -> Result<String> {
         files = true;
     }
     Ok(if files { fingerprint.finish() } else { "none".into() })
+}
+
+fn flat(vectors: &[DVec3]) -> Vec<[f64; 3]> {
+    vectors.iter().map(|vector| vector.to_array()).collect()
 }
 
 #[cfg(test)]

@@ -90,6 +90,7 @@ pub fn prepare(
         notes,
         details,
         light: None,
+        caustics: None,
     }
 }
 

@@ -157,7 +157,7 @@ impl PathLedger {
 }
 
 /// A number in the header of an image, by its key after `svetlo.`.
-pub(super) fn number<T: std::str::FromStr>(
+pub(crate) fn number<T: std::str::FromStr>(
     header: &BTreeMap<String, String>,
     key: &str,
 ) -> Result<T, String> {

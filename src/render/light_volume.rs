@@ -155,5 +155,6 @@ pub fn prepare(
             direct_grid,
             scattered_grid,
         })),
+        caustics: None,
     })
 }

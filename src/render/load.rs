@@ -6,6 +6,7 @@ use crate::film::FilmPixel;
 use crate::scene::{
     self, Endian as SceneEndian, FieldKind, Scene, SheppLoganRotation, VolumeSource, VoxelKind,
 };
+use crate::surfaces::{self, Meshes};
 use crate::volume::field::{
     AnyField, Axis, Cloud, Constant, Hydrogen, MarschnerLobb, Ramp, Rotation, SheppLogan, Sphere, sample,
 };
@@ -13,10 +14,52 @@ use crate::volume::{Endian, RawOptions, StoredType, Volume, read};
 use crate::{Error, Result};
 use glam::DVec3;
 
+/// What a scene works on: read from its files, or sampled.
+pub struct SceneData {
+    /// The volume, where the scene has one.
+    pub volume: Option<Volume>,
+    /// The meshes among its surfaces.
+    pub meshes: Meshes,
+}
+
+impl SceneData {
+    /// Reads the scene's files.
+    ///
+    /// # Errors
+    /// As [`load_volume`].
+    pub fn load(scene: &Scene) -> Result<Self> {
+        Ok(Self {
+            volume: scene.volume.as_ref().map(load_volume).transpose()?,
+            meshes: surfaces::load(&scene.surfaces, &scene.materials)?,
+        })
+    }
+}
+
+/// The data of a scene, wherever they are kept.
+#[derive(Clone, Copy)]
+pub struct DataRef<'a> {
+    /// The volume, where the scene has one.
+    pub volume: Option<&'a Volume>,
+    /// The meshes among its surfaces.
+    pub meshes: &'a Meshes,
+}
+
+impl<'a> From<&'a SceneData> for DataRef<'a> {
+    fn from(data: &'a SceneData) -> Self {
+        Self { volume: data.volume.as_ref(), meshes: &data.meshes }
+    }
+}
+
+impl<'a> From<&'a Volume> for DataRef<'a> {
+    fn from(volume: &'a Volume) -> Self {
+        Self { volume: Some(volume), meshes: Meshes::NONE }
+    }
+}
+
 /// What a render of `scene` allocates on a device at least, as far as that is known before the volume is loaded.
 pub fn announced_memory(scene: &Scene) -> MemoryPlan {
     let mut plan = MemoryPlan::default();
-    if let VolumeSource::Field { dims, .. } = &scene.volume.source {
+    if let Some(VolumeSource::Field { dims, .. }) = scene.volume.as_ref().map(|volume| &volume.source) {
         plan.add("voxels", voxel_count(*dims), size_of::<f32>());
     }
     let image = &scene.image;

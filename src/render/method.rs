@@ -1,5 +1,6 @@
 //! What a rendering method is to the rest: a program, and the data its kernel reads.
 
+use super::caustics::CausticsSetup;
 use super::grid::{BrickRanges, Grid};
 use super::light_volume::LightSetup;
 use super::local::LocalFrame;
@@ -7,7 +8,7 @@ use super::{emission_absorption, isosurface, light_volume, mip, scattering};
 use crate::device::ProgramSpec;
 use crate::picture::Environment;
 use crate::scene::{Method, Scene};
-use crate::{Result, device_struct};
+use crate::{Error, Result, device_struct};
 
 device_struct! {
     "types/frame.cl",
@@ -83,6 +84,8 @@ pub struct MethodSetup {
     pub details: Vec<String>,
     /// What computes the light in the volume, for methods that project it.
     pub light: Option<Box<LightSetup>>,
+    /// What traces and gathers photons, for caustics.
+    pub caustics: Option<Box<CausticsSetup>>,
 }
 
 /// What a method is made ready from.
@@ -117,5 +120,6 @@ pub fn prepare(input: &MethodInput<'_>, frame: &mut DeviceFrame) -> Result<Metho
         }
         &Method::Scattering(settings) => scattering::prepare(input, settings, frame),
         &Method::LightVolume(settings) => light_volume::prepare(input, settings, frame),
+        Method::Caustics(_) => Err(Error::Input("caustics are of surfaces, not of a volume".into())),
     }
 }

@@ -62,5 +62,6 @@ pub fn prepare(input: &MethodInput<'_>, color: &MipColor) -> MethodSetup {
         notes: Vec::new(),
         details: Vec::new(),
         light: None,
+        caustics: None,
     }
 }

@@ -6,6 +6,7 @@
 mod auxiliary;
 mod bricks;
 mod camera;
+pub mod caustics;
 pub mod emission_absorption;
 mod extrema;
 mod fingerprint;
@@ -23,6 +24,7 @@ pub mod method;
 pub mod mip;
 mod output;
 mod plan;
+mod planned_volume;
 mod progressive;
 mod resume;
 pub mod scattering;
@@ -35,9 +37,11 @@ pub use auxiliary::Auxiliary;
 pub use camera::DeviceCamera;
 pub use fingerprint::data_hash;
 pub use ledger::PathLedger;
-pub use load::{announced_memory, load_volume};
+pub(crate) use ledger::number;
+pub use load::{DataRef, SceneData, announced_memory};
 pub use output::{Snapshot, method_name, preview_tonemap};
 pub use plan::{BRICK_SHIFT, Plan};
+pub use planned_volume::PlannedVolume;
 pub use progressive::{Ended, Observer, Status, run};
 pub use resume::{Saved, SavedFilm, Spent};
 pub use session::{Progress, Session};
@@ -67,6 +71,10 @@ pub const LAYOUTS: &[StructLayout] = &[
     crate::surfaces::DeviceNode::LAYOUT,
     crate::surfaces::DeviceMaterial::LAYOUT,
     crate::caustics::Photon::LAYOUT,
+    crate::caustics::PhotonAccount::LAYOUT,
+    crate::caustics::Emitter::LAYOUT,
+    crate::caustics::PhotonFrame::LAYOUT,
     crate::caustics::MapFrame::LAYOUT,
     crate::caustics::Receiver::LAYOUT,
+    caustics::DeviceCaustics::LAYOUT,
 ];

@@ -7,6 +7,7 @@ use super::plan::Plan;
 use super::session::Session;
 use super::state;
 use crate::Result;
+use crate::caustics::{PassLedger, pass_ledger};
 use crate::film::{FilmPixel, FilmSummary};
 use crate::picture::{Curve, Encoding, Picture, Tonemap};
 use crate::scene::{
@@ -22,6 +23,8 @@ pub struct Snapshot {
     pub summary: FilmSummary,
     /// What the paths did, when the method follows paths.
     pub paths: Option<PathLedger>,
+    /// Where the flux of photons went, for caustics.
+    pub photons: Option<PassLedger>,
 }
 
 impl Snapshot {
@@ -42,11 +45,13 @@ impl Snapshot {
             auxiliary::add_channels(&mut picture, extra, plan.local.unit);
         }
         describe(&mut picture, session, plan, &summary, wall);
-        for (key, value) in paths.iter().flat_map(PathLedger::entries) {
+        let photons = session.photons().copied();
+        let of_paths = paths.iter().flat_map(PathLedger::entries);
+        for (key, value) in of_paths.chain(photons.iter().flat_map(PassLedger::entries)) {
             picture.metadata.insert(format!("svetlo.{key}"), value);
         }
         keep_state(&mut picture, &film, extra.as_deref(), plan, data_hash);
-        Ok(Self { picture, summary, paths })
+        Ok(Self { picture, summary, paths, photons })
     }
 }
 
@@ -136,6 +141,9 @@ fn describe(
                 .into(),
         );
     }
+    if plan.method.caustics.is_some() {
+        put("photon_energy", pass_ledger::MEANING.into());
+    }
     if plan.has_auxiliary() {
         put("auxiliary", auxiliary::MEANING.into());
     }
@@ -149,6 +157,7 @@ pub fn method_name(method: &Method) -> &'static str {
         Method::EmissionAbsorption { .. } => "emission-absorption",
         Method::Scattering(Scattering { orders: Orders::Single, .. }) => "single-scattering",
         Method::Scattering(Scattering { orders: Orders::Multiple { .. }, .. }) => "multiple-scattering",
+        Method::Caustics(_) => "caustics",
         Method::LightVolume(LightVolume { direct: DirectLight::Convection, .. }) => "convection-diffusion",
         Method::LightVolume(LightVolume { direct: DirectLight::Tracking { .. }, .. }) => "hybrid-diffusion",
     }

@@ -6,6 +6,7 @@ use super::ledger::{self, PathLedger};
 use super::plan::Plan;
 use super::session::{Progress, TILE};
 use super::state::{self, FORMAT};
+use crate::caustics::PassLedger;
 use crate::device::DeviceInfo;
 use crate::film::FilmPixel;
 use crate::picture::{Picture, read_exr};
@@ -39,6 +40,8 @@ pub struct SavedFilm {
     pub auxiliary: Option<Vec<Auxiliary>>,
     /// What the paths did, where the method follows paths.
     pub paths: Option<PathLedger>,
+    /// Where the flux of photons went, for caustics.
+    pub photons: Option<PassLedger>,
     /// The runs that made it.
     pub spent: Spent,
 }
@@ -169,7 +172,9 @@ impl Saved {
         };
         let (wall, build) = (self.seconds("seconds_wall")?, self.seconds("seconds_build")?);
         let paths = plan.method.paths.then(|| PathLedger::read(&self.picture.metadata)).transpose()?;
-        Ok(SavedFilm { pixels, auxiliary, paths, spent: Spent { progress, wall, build } })
+        let caustics = plan.method.caustics.as_ref();
+        let photons = caustics.map(|_| PassLedger::read(&self.picture.metadata)).transpose()?;
+        Ok(SavedFilm { pixels, auxiliary, paths, photons, spent: Spent { progress, wall, build } })
     }
 }
 

@@ -189,6 +189,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         notes: Vec::new(),
         details: details.collect(),
         light: None,
+        caustics: None,
     })
 }
 

@@ -4,6 +4,7 @@ use super::auxiliary::Auxiliary;
 use super::ledger::{Ledger, PathLedger};
 use super::plan::Plan;
 use super::resume::SavedFilm;
+use crate::caustics::{MapSettings, PassFacts, PassLedger, Passes};
 use crate::device::{
     Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, LAUNCH_TARGET, Pacer, Program, ProgramSpec,
 };
@@ -17,15 +18,15 @@ use std::time::{Duration, Instant};
 /// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
 pub(super) const TILE: u32 = 8;
 
-/// Where among the kernel's inputs the voxels are.
-const VOXELS: usize = 4;
-
 /// The plan's program as this device runs it best.
 ///
 /// CPUs get the form of the kernel that works on eight samples at a time where there is one: their compilers do not
 /// vectorise divergent loops over work-items. It indexes voxels in 32 bits.
 fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
-    let lanes = plan.method.lanes && device.kind == DeviceKind::Cpu && plan.grid.device_voxels().0 < 1 << 31;
+    if plan.method.caustics.is_some() {
+        return MapSettings::define_lanes(plan.spec.clone(), device);
+    }
+    let lanes = plan.method.lanes && device.kind == DeviceKind::Cpu && plan.voxels() < 1 << 31;
     let mut spec = plan.spec.clone().feature("LANES", lanes);
     if plan.method.paths {
         let width = path_lanes(plan, device);
@@ -39,7 +40,7 @@ fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
 
 /// Paths that a work-item follows side by side; with more than one it takes a whole tile.
 fn path_lanes(plan: &Plan<'_>, device: &DeviceInfo) -> u32 {
-    device.lanes(plan.grid.device_voxels().0)
+    device.lanes(plan.voxels())
 }
 
 /// How far a session has come.
@@ -79,9 +80,11 @@ pub struct Session {
     device: Device,
     kernel: Kernel,
     inputs: Vec<Arc<Buffer<u8>>>,
+    voxels: Option<Arc<Buffer<u8>>>,
     film: Buffer<FilmPixel>,
     paths: Option<PathBuffers>,
     light: Option<Light>,
+    passes: Option<Box<Passes>>,
     light_facts: Option<LightFacts>,
     light_time: Duration,
     /// Set when the user wants to stop.
@@ -121,10 +124,13 @@ impl Session {
         };
         add(bytemuck::bytes_of(&plan.frame))?;
         add(bytemuck::bytes_of(&plan.camera))?;
-        add(bytemuck::bytes_of(&plan.volume))?;
+        if let Some(volume) = &plan.volume {
+            add(bytemuck::bytes_of(&volume.device))?;
+        }
         add(&plan.method.parameters.bytes)?;
-        let voxels = Arc::new(plan.grid.upload(&device)?);
-        inputs.push(Arc::clone(&voxels));
+        let voxels =
+            plan.volume.as_ref().map(|volume| volume.grid.upload(&device).map(Arc::new)).transpose()?;
+        inputs.extend(voxels.clone());
         for table in plan.method.tables.iter().chain([&plan.environment]) {
             inputs.push(Arc::new(Buffer::from_slice(&device, &table.bytes)?));
         }
@@ -148,21 +154,28 @@ impl Session {
         } else {
             None
         };
-        let light = match (&plan.method.light, light) {
-            (Some(setup), Some(data)) => {
+        let light = match (&plan.method.light, light, &voxels) {
+            (Some(setup), Some(data), _) => {
                 Some(Light::Done(LightBuffers::upload(&device, setup.direct_grid, data)?))
             }
-            (Some(setup), None) => {
-                Some(Light::Computing(Box::new(Lighting::new(&device, plan, setup, voxels)?)))
+            (Some(setup), None, Some(voxels)) => {
+                Some(Light::Computing(Box::new(Lighting::new(&device, plan, setup, Arc::clone(voxels))?)))
             }
-            (None, _) => None,
+            _ => None,
         };
+        let passes =
+            plan.method.caustics.as_ref().map(|setup| Passes::new(&device, plan, setup).map(Box::new));
+        let passes = passes.transpose()?;
+        let build_time =
+            program.build_time + passes.as_ref().map_or(Duration::ZERO, |passes| passes.build_time);
         Ok(Self {
             kernel,
             inputs,
+            voxels,
             film,
             paths,
             light,
+            passes,
             light_facts: None,
             light_time: Duration::ZERO,
             interrupt: None,
@@ -171,7 +184,7 @@ impl Session {
             pacer: Pacer::new(LAUNCH_TARGET),
             launch_limit: None,
             progress: Progress::default(),
-            build_time: program.build_time,
+            build_time,
             build_cached: program.cached,
             device,
         })
@@ -212,6 +225,16 @@ impl Session {
         self.light_facts.as_ref()
     }
 
+    /// What the passes of this session did, for caustics.
+    pub fn pass_facts(&self) -> Option<&PassFacts> {
+        self.passes.as_ref().map(|passes| passes.facts())
+    }
+
+    /// Where the flux of the photons of all runs went, for caustics.
+    pub fn photons(&self) -> Option<&PassLedger> {
+        self.passes.as_ref().map(|passes| passes.ledger())
+    }
+
     /// The device it runs on.
     pub fn device(&self) -> &Device {
         &self.device
@@ -229,11 +252,26 @@ impl Session {
         if let Some(Light::Computing(_)) = self.light {
             return self.step_light();
         }
+        let mut most_samples = self.device.info().samples_per_launch();
+        if let Some(passes) = &mut self.passes {
+            let pass = self.progress.samples;
+            if !passes.is_ready(pass) {
+                let start = Instant::now();
+                passes.step(&self.device, pass)?;
+                self.progress.launches += 1;
+                self.progress.device_time += start.elapsed();
+                return Ok(());
+            }
+            // Each sample has photons of its own.
+            if passes.has_photons() {
+                most_samples = 1;
+            }
+        }
         let units = self.pacer.next(u64::from(self.tiles).min(64)).min(self.launch_limit.unwrap_or(u64::MAX));
         let tiles = u64::from(self.tiles);
         let (first_tile, tile_count, samples) = if self.progress.tiles == 0 && units >= tiles {
             let samples = u32::try_from(units / tiles).unwrap_or(u32::MAX);
-            (0, self.tiles, samples.min(left).min(self.device.info().samples_per_launch()))
+            (0, self.tiles, samples.min(left).min(most_samples))
         } else {
             let remaining = self.tiles - self.progress.tiles;
             (self.progress.tiles, u32::try_from(units).unwrap_or(u32::MAX).min(remaining), 1)
@@ -270,6 +308,9 @@ impl Session {
         if let Some(Light::Done(light)) = &self.light {
             arguments.extend(light.arguments());
         }
+        if let Some(passes) = &self.passes {
+            arguments.extend(passes.arguments());
+        }
         arguments.push((&self.film).into());
         let mut items = tile_count as usize * (TILE * TILE) as usize;
         if let Some(paths) = &self.paths {
@@ -302,9 +343,9 @@ impl Session {
     /// # Errors
     /// As [`Session::new`].
     pub fn restart(&mut self, plan: &Plan<'_>) -> Result<()> {
-        if let Some(setup) = &plan.method.light {
-            let voxels = Arc::clone(&self.inputs[VOXELS]);
-            self.light = Some(Light::Computing(Box::new(Lighting::new(&self.device, plan, setup, voxels)?)));
+        if let (Some(setup), Some(voxels)) = (&plan.method.light, &self.voxels) {
+            let lighting = Lighting::new(&self.device, plan, setup, Arc::clone(voxels))?;
+            self.light = Some(Light::Computing(Box::new(lighting)));
             (self.light_facts, self.light_time) = (None, Duration::ZERO);
         }
         self.reset()
@@ -320,6 +361,9 @@ impl Session {
             paths.ledgers = Buffer::zeroed(&self.device, paths.ledgers.len())?;
             paths.auxiliary = Buffer::zeroed(&self.device, paths.auxiliary.len())?;
             paths.earlier = PathLedger::default();
+        }
+        if let Some(passes) = &mut self.passes {
+            passes.reset();
         }
         self.progress = Progress { launches: self.progress.launches, ..Progress::default() };
         Ok(())
@@ -356,6 +400,9 @@ impl Session {
             }
         }
         self.progress = saved.spent.progress;
+        if let (Some(passes), Some(ledger)) = (&mut self.passes, saved.photons) {
+            passes.restore(ledger);
+        }
         self.build_time += saved.spent.build;
         Ok(())
     }

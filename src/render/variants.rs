@@ -20,13 +20,12 @@ enum Choice {
 /// A name and its value.
 type Define = (&'static str, &'static str);
 
-/// What every program of a volume may need.
-const COMMON: [Choice; 4] = [
-    Choice::Value("VOXEL", &["uchar", "char", "ushort", "short", "float"]),
-    Choice::Switch("FILTER_BOX"),
-    Choice::Switch("THIN_LENS"),
-    Choice::Switch("ENVIRONMENT"),
-];
+/// What every program of a volume needs.
+const VOLUME: [Choice; 1] = [Choice::Value("VOXEL", &["uchar", "char", "ushort", "short", "float"])];
+
+/// What every program may need.
+const COMMON: [Choice; 3] =
+    [Choice::Switch("FILTER_BOX"), Choice::Switch("THIN_LENS"), Choice::Switch("ENVIRONMENT")];
 
 /// The variants of one kernel.
 pub struct Family {
@@ -34,6 +33,7 @@ pub struct Family {
     pub entry: &'static str,
     /// The kernel.
     pub kernel: &'static str,
+    volume: &'static [Choice],
     own: &'static [Choice],
     /// Definitions that need another one, any of those named.
     needs: &'static [(&'static str, &'static [&'static str])],
@@ -42,11 +42,19 @@ pub struct Family {
 }
 
 /// All kernels that render.
-pub const FAMILIES: [Family; 5] = [
-    Family { entry: "render/mip.cl", kernel: "render_mip", own: &[], needs: &[], excludes: &[] },
+pub const FAMILIES: [Family; 6] = [
+    Family {
+        entry: "render/mip.cl",
+        kernel: "render_mip",
+        volume: &VOLUME,
+        own: &[],
+        needs: &[],
+        excludes: &[],
+    },
     Family {
         entry: "render/isosurface.cl",
         kernel: "render_isosurface",
+        volume: &VOLUME,
         own: &[],
         needs: &[],
         excludes: &[],
@@ -54,6 +62,7 @@ pub const FAMILIES: [Family; 5] = [
     Family {
         entry: "render/emission_absorption.cl",
         kernel: "render_emission_absorption",
+        volume: &VOLUME,
         own: &[
             Choice::Switch("TF_2D"),
             Choice::Switch("STEP"),
@@ -68,6 +77,7 @@ pub const FAMILIES: [Family; 5] = [
     Family {
         entry: "render/scattering.cl",
         kernel: "render_scattering",
+        volume: &VOLUME,
         own: &[
             // Lanes of CPUs take a tile per work-item.
             Choice::Sets(&[
@@ -118,6 +128,7 @@ pub const FAMILIES: [Family; 5] = [
     Family {
         entry: "render/light_volume.cl",
         kernel: "render_light_volume",
+        volume: &VOLUME,
         own: &[
             Choice::Sets(&[
                 &[("PHASE_ISOTROPIC", "1")],
@@ -130,6 +141,38 @@ pub const FAMILIES: [Family; 5] = [
             Choice::Switch("EMISSION"),
         ],
         needs: &[],
+        excludes: &[],
+    },
+    Family {
+        entry: "render/caustics.cl",
+        kernel: "render_caustics",
+        volume: &[],
+        own: &[
+            Choice::Sets(&[
+                &[("MAP_BRUTE_FORCE", "1")],
+                &[("MAP_LEXICOGRAPHIC", "1")],
+                &[("MAP_VOXELS", "1")],
+                &[("MAP_PLANAR", "1")],
+            ]),
+            Choice::Sets(&[
+                &[("KERNEL_CONSTANT", "1")],
+                &[("KERNEL_CONE", "1")],
+                &[("KERNEL_SMOOTHSTEP", "1")],
+            ]),
+            Choice::Switch("EDGE_CORRECTION"),
+            Choice::Switch("GATHER_LANES"),
+            Choice::Switch("SHAPE_PLANE"),
+            Choice::Switch("SHAPE_SPHERE"),
+            Choice::Switch("SHAPE_RECTANGLE"),
+            Choice::Switch("SHAPE_DISK"),
+            Choice::Switch("SHAPE_BOX"),
+            Choice::Switch("SHAPE_METABALLS"),
+            Choice::Switch("SHAPE_TRIANGLE"),
+            Choice::Switch("SHAPE_SMOOTH"),
+            Choice::Switch("RECTANGLES"),
+            Choice::Switch("DIRECT_RAYS"),
+        ],
+        needs: &[("SHAPE_SMOOTH", &["SHAPE_TRIANGLE"])],
         excludes: &[],
     },
 ];
@@ -153,7 +196,7 @@ type Pair = [(usize, usize); 2];
 
 impl Family {
     fn choices(&self) -> Vec<Vec<Vec<Define>>> {
-        self.own.iter().chain(&COMMON).map(|choice| choice.options()).collect()
+        self.own.iter().chain(self.volume).chain(&COMMON).map(|choice| choice.options()).collect()
     }
 
     /// Few variants in which every two options that can stand together do so at least once: the errors that
@@ -341,7 +384,7 @@ mod tests {
     #[test]
     fn few_variants_cover_every_pair() {
         // The five voxel types with any other feature alone take 10.
-        for (family, most) in FAMILIES.iter().zip([10, 10, 14, 16, 12]) {
+        for (family, most) in FAMILIES.iter().zip([10, 10, 14, 16, 12, 14]) {
             let covering = family.covering_variants();
             assert!(covering.iter().all(|spec| family.lists(spec)));
             assert!(covering.len() <= most, "{}: {}", family.entry, covering.len());

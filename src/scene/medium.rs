@@ -89,7 +89,10 @@ fn missing_sigma_max(method: &MethodConfig, cx: &mut Context<'_>) {
         MethodConfig::MultipleScattering { .. } => ("multiple-scattering", "how dense is opacity 1?"),
         MethodConfig::ConvectionDiffusion { .. } => ("convection-diffusion", "how dense is opacity 1?"),
         MethodConfig::HybridDiffusion { .. } => ("hybrid-diffusion", "how dense is opacity 1?"),
-        MethodConfig::Mip { .. } | MethodConfig::Isosurface { .. } => return,
+        MethodConfig::Caustics { .. } if cx.has("volume") => {
+            ("a volume among surfaces", "how dense is opacity 1?")
+        }
+        MethodConfig::Mip { .. } | MethodConfig::Isosurface { .. } | MethodConfig::Caustics { .. } => return,
     };
     let place = if cx.has("medium") { "medium" } else { "method.kind" };
     cx.wrong_with_help(

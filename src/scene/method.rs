@@ -1,5 +1,6 @@
 //! The rendering method.
 
+use super::caustics::{self, Caustics};
 use super::context::Context;
 use super::light_volume::{self, LightVolume};
 use crate::config::types::{ColorMap, Compositing, Domain, MethodConfig, QuadratureConfig, Transmittance};
@@ -34,6 +35,8 @@ pub enum Method {
     Scattering(Scattering),
     /// The volume scatters light, which is computed in its cells and projected.
     LightVolume(LightVolume),
+    /// Surfaces, and the light that mirrors and glass bring together.
+    Caustics(Caustics),
 }
 
 /// What the scattering methods share.
@@ -102,6 +105,9 @@ pub enum Quadrature {
 }
 
 pub(super) fn method(config: &MethodConfig, cx: &mut Context<'_>) -> Method {
+    if let Some(settings) = caustics::caustics(config, cx) {
+        return Method::Caustics(settings);
+    }
     match *config {
         MethodConfig::EmissionAbsorption { radiance, quadrature, step, jitter, compositing, termination } => {
             let quadrature = match quadrature {
@@ -136,6 +142,7 @@ pub(super) fn method(config: &MethodConfig, cx: &mut Context<'_>) -> Method {
         MethodConfig::ConvectionDiffusion { .. } | MethodConfig::HybridDiffusion { .. } => {
             Method::LightVolume(light_volume::light_volume(config, cx))
         }
+        MethodConfig::Caustics { .. } => unreachable!("handled above"),
     }
 }
 

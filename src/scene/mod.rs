@@ -7,6 +7,7 @@
 //! Lengths are in scene units, angles in radians, colours in linear sRGB; the coordinates are `f64`.
 
 mod camera;
+mod caustics;
 mod context;
 mod hash;
 mod light;
@@ -14,26 +15,33 @@ mod light_volume;
 mod medium;
 mod method;
 mod output;
+mod surface;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_surface;
 mod transfer;
 mod volume;
 
 use std::path::Path;
 
 pub use camera::{Camera, CameraKind};
+pub use caustics::{Caustics, Gather, Target};
 pub use light::{Background, Light};
 pub use light_volume::{DirectLight, LightVolume, ScatteredLight, Steady};
 pub use medium::{Medium, Phase, ScatteringMedium};
 pub use method::{Material, Method, MipColor, Orders, Quadrature, Scattering};
 pub use output::{FilmSettings, Image, Stop};
+pub use surface::{Metaball, Surface, SurfaceMaterial, SurfaceShape};
 pub use transfer::{Point, Shape, Table2d, Transfer, Transfer1d, Transfer2d};
 pub use volume::{FieldKind, Origin, Volume, VolumeSource};
 
 /// Words of the scene language that need no validation.
 pub use crate::config::types::{
-    Axis, ColorMap, Compositing, DiffusionSolver, Domain, Endian, EnvironmentSampling, Filter, FluxLimiter,
-    Outline, SheppLoganRotation, Tonemap, Transmittance, VoxelKind,
+    AccelerationConfig as Acceleration, Axis, ColorMap, Compositing, DiffusionSolver,
+    DirectConfig as CausticsDirect, Domain, Endian, EnvironmentSampling, FillConfig as Fill, Filter,
+    FluxConfig as PhotonFlux, FluxLimiter, KernelConfig as GatherKernel, Outline, SheppLoganRotation,
+    SortConfig as Sort, Tonemap, Transmittance, VoxelKind,
 };
 
 use crate::config::{self, Loaded};
@@ -47,8 +55,8 @@ pub struct Scene {
     pub image: Image,
     /// The camera.
     pub camera: Camera,
-    /// The volume and where it lies.
-    pub volume: Volume,
+    /// The volume and where it lies; every method but caustics has one.
+    pub volume: Option<Volume>,
     /// How opacity becomes extinction. Meaningful for methods that absorb.
     pub medium: Medium,
     /// What of the medium scatters. Meaningful for scattering methods, as is `phase`.
@@ -59,6 +67,10 @@ pub struct Scene {
     pub transfer: Transfer,
     /// The lights, in the order of the file; may be empty.
     pub lights: Vec<Light>,
+    /// What surfaces are made of, in the order of the file; may be empty.
+    pub materials: Vec<SurfaceMaterial>,
+    /// The surfaces, in the order of the file; may be empty.
+    pub surfaces: Vec<Surface>,
     /// What rays see that leave the volume.
     pub background: Background,
     /// The rendering method.
@@ -112,17 +124,20 @@ impl Scene {
         let cx = &mut context;
         let image = output::image(&config.image, cx);
         let views = views(config, cx);
-        let volume = volume::volume(&config.volume, cx);
+        let volume = volume::volume(config.volume.as_ref(), &config.method, cx);
         let transfer = transfer::transfer(&config.transfer, cx);
         let medium = medium::medium(&config.medium, &config.method, cx);
         let scattering = medium::scattering(&config.medium, cx);
         let lights = light::lights(&config.light, &config.method, cx);
+        let materials = surface::materials(&config.material, cx);
+        let surfaces = surface::surfaces(&config.surface, &config.material, cx);
+        surface::refuse_surfaces(&config.surface, &config.method, cx);
         let background = light::background(&config.background, cx);
         let method = method::method(&config.method, cx);
         let film = output::film(&config.film, &config.method, cx);
         let problems = context.into_problems();
-        match (views, volume, transfer) {
-            (Some(views), Some(volume), Some(transfer)) if problems.is_empty() => Ok(Self {
+        match (views, transfer) {
+            (Some(views), Some(transfer)) if problems.is_empty() => Ok(Self {
                 image,
                 camera: views[0].camera.clone(),
                 volume,
@@ -131,6 +146,8 @@ impl Scene {
                 phase: medium::phase(&config.phase),
                 transfer,
                 lights,
+                materials,
+                surfaces,
                 background,
                 method,
                 film,

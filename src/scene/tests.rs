@@ -40,12 +40,12 @@ fn defaults() {
     assert_eq!(scene.camera.forward(), DVec3::Z);
     assert_eq!(
         scene.volume,
-        Volume {
+        Some(Volume {
             source: VolumeSource::Field { kind: FieldKind::Cloud, dims: [8; 3] },
             spacing: None,
             origin: Origin::Corner(DVec3::ZERO),
             window: None,
-        }
+        })
     );
     assert_eq!(scene.medium, Medium::Extinction { sigma_max: 40.0 });
     assert_eq!(scene.scattering, ScatteringMedium { albedo: [1.0; 3], extinction_color: None });
@@ -78,10 +78,11 @@ fn values_are_resolved() {
     assert_eq!(scene.stop, Stop { samples: None, time: Some(Duration::from_secs(120)), error: Some(0.05) });
     let light = Light::Directional { direction: DVec3::NEG_Y, irradiance: [3.0; 3] };
     assert_eq!(scene.lights, [light]);
-    assert_eq!(scene.volume.window, Some((-160.0, 240.0)));
-    assert_eq!((scene.volume.spacing, scene.volume.origin), (Some(DVec3::splat(0.5)), Origin::Centre));
+    let volume = scene.volume.unwrap();
+    assert_eq!(volume.window, Some((-160.0, 240.0)));
+    assert_eq!((volume.spacing, volume.origin), (Some(DVec3::splat(0.5)), Origin::Centre));
     let kind = FieldKind::Hydrogen { n: 2, l: 1, m: 0, extent: 16.0 };
-    assert_eq!(scene.volume.source, VolumeSource::Field { kind, dims: [8; 3] });
+    assert_eq!(volume.source, VolumeSource::Field { kind, dims: [8; 3] });
     let step = Quadrature::Step { step: 0.5, jitter: true, compositing: Compositing::Exponential };
     assert!(matches!(scene.method, Method::EmissionAbsorption { quadrature, .. } if quadrature == step));
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::context::Context;
 use crate::config::types::{
-    Axis, Endian, FieldConfig, SheppLoganRotation, VolumeConfig, VoxelKind, WindowConfig,
+    Axis, Endian, FieldConfig, MethodConfig, SheppLoganRotation, VolumeConfig, VoxelKind, WindowConfig,
 };
 use crate::config::values;
 
@@ -113,7 +113,25 @@ pub enum FieldKind {
     Cloud,
 }
 
-pub(super) fn volume(config: &VolumeConfig, cx: &mut Context<'_>) -> Option<Volume> {
+pub(super) fn volume(
+    config: Option<&VolumeConfig>,
+    method: &MethodConfig,
+    cx: &mut Context<'_>,
+) -> Option<Volume> {
+    let Some(config) = config else {
+        if !matches!(method, MethodConfig::Caustics { .. }) {
+            cx.wrong_with_help(
+                "volume",
+                "missing key `volume`",
+                "this method renders a volume",
+                "a [volume] table, or `method.kind = \"caustics\"` for surfaces alone",
+            );
+        }
+        for key in ["medium", "phase", "transfer"] {
+            cx.useless(key, "needs a `[volume]`", "there is no volume that it would be of");
+        }
+        return None;
+    };
     let source = source(config, cx);
     let window = config.window.map(|window| ends(window, cx));
     Some(Volume {

@@ -92,7 +92,8 @@ fn random_voxels(bench: &Workbench) -> Result<Measurement> {
     let case = Case::new(&text, volume([N; 3], noise(N * N * N, 8))?)?;
     let (field, rays) = field_and_rays(&case)?;
     let plan = case.plan()?;
-    let medium = Medium::new(&case.scene.transfer, &case.scene.medium, plan.window, plan.local.unit)?;
+    let medium =
+        Medium::new(&case.scene.transfer, &case.scene.medium, plan.volume()?.window, plan.local.unit)?;
     let integrator = Integrator::new(&field, &medium);
     let rendered = bench.render(&case, 1)?;
     let error = |(pixel, ray): (&FilmPixel, &Ray)| {
@@ -112,8 +113,12 @@ fn random_voxels(bench: &Workbench) -> Result<Measurement> {
 /// The field and the rays through the pixels' centres, as the twins see them.
 fn field_and_rays(case: &Case) -> Result<(Field, Vec<Ray>)> {
     let plan = case.plan()?;
-    let field =
-        Field::new(&case.volume, plan.local.origin, plan.local.spacing * plan.local.unit, plan.window);
+    let field = Field::new(
+        &case.volume,
+        plan.local.origin,
+        plan.local.spacing * plan.local.unit,
+        plan.volume()?.window,
+    );
     let image = case.scene.image;
     let pixels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| [x, y]));
     Ok((field, pixels.map(|pixel| central_ray(&case.scene.camera, &image, pixel)).collect()))

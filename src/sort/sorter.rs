@@ -147,7 +147,7 @@ impl<K: SortKey> Sorter<K> {
             indices: Buffer::uninitialised(device, capacity)?,
             valid: Buffer::from_slice(device, &[0])?,
         };
-        let valid = program(device, "sort/search.cl", K::BITS)?.kernel(device, "sorted_valid")?;
+        let valid = program(device, "sort/valid.cl", K::BITS)?.kernel(device, "sorted_valid")?;
         Ok(Self { method, valid, output, capacity, count: 0, work: Work::default() })
     }
 

@@ -73,3 +73,17 @@ device_struct! {
         pub pad_2: u32,
     }
 }
+
+impl DeviceMaterial {
+    /// What `kind` says of diffuse surfaces.
+    pub const DIFFUSE: u32 = 0;
+    /// Of mirrors.
+    pub const MIRROR: u32 = 1;
+    /// Of glass.
+    pub const DIELECTRIC: u32 = 2;
+
+    /// Whether its index depends on the wavelength.
+    pub fn disperses(&self) -> bool {
+        self.kind == Self::DIELECTRIC && self.cauchy[1..3] != [0.0; 2]
+    }
+}

@@ -75,13 +75,19 @@ impl Case {
     /// The field as the twin sees it.
     pub fn field(&self) -> Field {
         let plan = self.plan();
-        Field::new(&self.volume, plan.local.origin, plan.local.spacing * plan.local.unit, plan.window)
+        Field::new(
+            &self.volume,
+            plan.local.origin,
+            plan.local.spacing * plan.local.unit,
+            plan.volume().unwrap().window,
+        )
     }
 
     /// The transfer function as the twin sees it.
     pub fn medium(&self) -> Medium {
         let plan = self.plan();
-        Medium::new(&self.scene.transfer, &self.scene.medium, plan.window, plan.local.unit).unwrap()
+        Medium::new(&self.scene.transfer, &self.scene.medium, plan.volume().unwrap().window, plan.local.unit)
+            .unwrap()
     }
 
     /// The rays through the pixels' centres, row by row.

@@ -19,10 +19,11 @@ pub struct Twin<'a> {
 impl<'a> Twin<'a> {
     pub fn new(case: &'a Case) -> Self {
         let (scene, volume) = (&case.scene, &case.volume);
-        let window = scene.volume.window.expect("a window");
-        let spacing = scene.volume.spacing.unwrap_or(volume.spacing);
+        let settings = scene.volume.as_ref().expect("a volume");
+        let window = settings.window.expect("a window");
+        let spacing = settings.spacing.unwrap_or(volume.spacing);
         let size = spacing * DVec3::from_array(volume.dims.map(|n| n as f64));
-        let origin = match scene.volume.origin {
+        let origin = match settings.origin {
             Origin::Corner(corner) => corner,
             Origin::Centre => size * -0.5,
         };

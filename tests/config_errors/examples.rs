@@ -162,7 +162,10 @@ fn overrides_create_tables_and_take_bare_words_and_lists() {
     let scene = read(SCENE, &sets).expect("valid");
     assert_eq!(scene.image.width, 17);
     assert_eq!(scene.camera.target.to_array(), [1.0, 2.0, 3.0]);
-    assert!(matches!(scene.volume.source, svetlo::scene::VolumeSource::Field { dims: [8, 8, 9], .. }));
+    assert!(matches!(
+        scene.volume.unwrap().source,
+        svetlo::scene::VolumeSource::Field { dims: [8, 8, 9], .. }
+    ));
     assert!(matches!(scene.method, svetlo::scene::Method::Mip { .. }));
 }
 

@@ -52,7 +52,7 @@ error: unknown key `lamp`
 7 │ [lamp]
   │  ^^^^ no such key
   │
-  = keys here: `seed`, `image`, `camera`, `volume`, `medium`, `phase`, `transfer`, `background`, `light`, `method`, `film`, `stop`
+  = keys here: `seed`, `image`, `camera`, `volume`, `medium`, `phase`, `transfer`, `background`, `light`, `material`, `surface`, `method`, `film`, `stop`
 
 1 problem in scene.toml
 "#,

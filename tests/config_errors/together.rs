@@ -488,3 +488,24 @@ error: the image is too large: 65536 × 65536 pixels
 "#,
     );
 }
+
+#[test]
+fn surfaces_without_caustics() {
+    fails(
+        &[(
+            "[method]",
+            "[[material]]\nname = \"chalk\"\nkind = \"diffuse\"\ncolor = 0.8\n\
+             [[surface]]\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 1, 0]\nmaterial = \"chalk\"\n[method]",
+        )],
+        &[],
+        r#"
+error: `[[surface]]` needs `method.kind = "caustics"`
+   ┌─ scene.toml:13:1
+   │
+13 │ [[surface]]
+   │ ^^^^^^^^^^^ only caustics renders surfaces
+
+1 problem in scene.toml
+"#,
+    );
+}

@@ -1,0 +1,213 @@
+// Pictures of surfaces: Whitted's ray tracing (1980) of mirrors and glass, direct light by shadow rays, and the light of
+// photons (the rest of `cl/caustics/`). Radiance of a diffuse surface is albedo / pi times its irradiance.
+//
+// At glass a ray goes on both ways, as long as it carries enough; a fainter one takes either way by chance, with the
+// probability of the light that goes there. Radiance that enters a medium of index n grows by n^2, and so for the ray.
+//
+// Inputs: the surfaces as arrays, lights, the environment map, the map of photons of this sample's pass; output: film.
+#include "caustics/gather.cl"
+#include "film/accumulate.cl"
+#include "render/background.cl"
+#include "render/camera.cl"
+#include "render/frame.cl"
+#include "surfaces/direct.cl"
+#include "surfaces/optics.cl"
+#include "types/caustics.cl"
+
+// Rays that wait for their turn: each boundary adds one at most.
+#define BRANCHES 12
+
+// A ray on its way from the camera.
+struct Branch {
+    float3 origin;
+    float3 direction;
+    float3 weight; // of its radiance in the pixel
+    uint bounces;  // reflections and refractions so far
+};
+
+// What a sample reads, and what it has found.
+struct Sample {
+    struct Surfaces surfaces;
+    struct PhotonMap map;
+    __constant struct Frame *frame;
+    __constant struct Caustics *method;
+    __global const struct Light *lights;
+    __global const float4 *environment;
+    uint2 seed;
+    uint pixel;
+    uint index;
+    uint draws;    // random numbers used
+    uint looked_at;
+    float3 radiance;
+};
+
+INLINE float4 sample_random(struct Sample *sample) {
+    uint purpose = RNG_SURFACES | (sample->draws++ << 8);
+    return random4(sample->seed, sample->pixel, sample->index, purpose);
+}
+
+// Irradiance on a diffuse surface, on the side of the viewer.
+INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit) {
+    float3 irradiance = (float3)(0.0f);
+    float3 normal = hit->inside ? -hit->normal : hit->normal;
+#ifdef DIRECT_RAYS
+    for (uint i = 0; i < sample->frame->light_count; ++i) {
+        float2 u = (float2)(0.5f);
+#ifdef RECTANGLES
+        if (i < sample->frame->rectangle_count) {
+            u = sample_random(sample).xy;
+        }
+#endif
+        irradiance += direct_irradiance(&sample->surfaces, sample->lights + i, hit, normal, u);
+    }
+#endif
+    float scale = sample->method->photon_scale;
+    if (scale > 0.0f) {
+        float3 face = hit->inside ? -hit->face : hit->face;
+        irradiance += scale * gathered_irradiance(&sample->map, hit->point, face, hit->surface, &sample->looked_at);
+    }
+    return irradiance;
+}
+
+// What the ray sees of what blocks nothing: the fronts of rectangles.
+INLINE float3 seen_lights(const struct Sample *sample, const struct Branch *ray, float distance) {
+    float3 radiance = (float3)(0.0f);
+#ifdef RECTANGLES
+    for (uint i = 0; i < sample->frame->rectangle_count; ++i) {
+        float4 origin = (float4)(ray->origin, 0.0f);
+        float4 direction = (float4)(ray->direction, 0.0f);
+        if (rectangle_distance(sample->lights + i, origin, direction, 0.0f) < distance) {
+            radiance += sample->lights[i].power.xyz;
+        }
+    }
+#endif
+    return radiance;
+}
+
+// Sends a ray on over a boundary: both ways, or one of them by chance. Returns the number of rays that it added.
+INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, const struct Hit *hit, float index,
+    struct Branch *branches, uint room) {
+    float3 facing = hit->inside ? -hit->normal : hit->normal;
+    struct Boundary at = boundary(index, hit->inside, max(-dot(ray->direction, facing), 0.0f));
+    float passing = 1.0f - at.reflectance;
+    // Of radiance that comes the other way.
+    float density = hit->inside ? index * index : 1.0f / (index * index);
+    struct Branch back = *ray;
+    back.direction = mirrored(ray->direction, facing);
+    back.origin = surface_offset(hit, back.direction);
+    back.bounces += 1u;
+    struct Branch on = back;
+    if (passing > 0.0f) {
+        on.direction = refracted(at, ray->direction, facing);
+        on.origin = surface_offset(hit, on.direction);
+        on.weight *= density;
+    }
+    // As it would be outside: inside, radiance counts less and is more.
+    float most = max(max(ray->weight.x, ray->weight.y), ray->weight.z) * (hit->inside ? density : 1.0f);
+    float carried = most * min(at.reflectance, passing);
+    if (passing <= 0.0f || room < 2u || carried < sample->method->split) {
+        bool reflect = passing <= 0.0f || sample_random(sample).x < at.reflectance;
+        branches[0] = reflect ? back : on;
+        return 1u;
+    }
+    back.weight *= at.reflectance;
+    on.weight *= passing;
+    branches[0] = back;
+    branches[1] = on;
+    return 2u;
+}
+
+// Follows a ray to where it ends or divides; returns the number of rays that it goes on as.
+INLINE uint follow(struct Sample *sample, struct Branch ray, struct Hit *hit, struct Branch *branches, uint room) {
+    bool met = surfaces_hit(&sample->surfaces, ray.origin, ray.direction, INFINITY, hit);
+    if (!met) {
+        hit->t = INFINITY;
+    }
+    __global const struct Material *material = 0;
+    if (met) {
+        material = sample->surfaces.materials + sample->surfaces.materials_of[hit->surface];
+        if (material->kind == MATERIAL_DIELECTRIC && hit->inside) {
+            ray.weight *= exp(-material->absorption.xyz * hit->t);
+        }
+    }
+    sample->radiance += ray.weight * seen_lights(sample, &ray, hit->t);
+    if (!met) {
+        sample->radiance += ray.weight * background_radiance(sample->frame, sample->environment, ray.direction);
+        return 0u;
+    }
+    if (material->kind == MATERIAL_DIFFUSE) {
+        float3 albedo = material->color.xyz;
+        sample->radiance += ray.weight * albedo * M_1_PI_F * surface_irradiance(sample, hit);
+        return 0u;
+    }
+    if (ray.bounces >= sample->method->depth) {
+        return 0u;
+    }
+    if (material->kind == MATERIAL_DIELECTRIC) {
+        return cross_boundary(sample, &ray, hit, material->cauchy.w, branches, room);
+    }
+    float3 facing = hit->inside ? -hit->normal : hit->normal;
+    ray.direction = mirrored(ray.direction, facing);
+    ray.origin = surface_offset(hit, ray.direction);
+    ray.weight *= material->color.xyz;
+    ray.bounces += 1u;
+    branches[0] = ray;
+    return 1u;
+}
+
+__kernel void render_caustics(__constant struct Frame *frame, __constant struct Camera *camera,
+    __constant struct Caustics *method, __global const struct Light *lights, __global const float4 *environment,
+    __global const struct Shape *shapes, __global const struct Node *nodes, __global const struct Ball *balls,
+    __global const float4 *normals, __global const uint *materials_of, __global const struct Material *materials,
+    PHOTON_MAP_ARGUMENTS, __global struct FilmPixel *film, uint first_tile, uint tile_count, uint first_sample,
+    uint sample_count) {
+    int pixel = frame_pixel(camera->width, camera->height, first_tile, tile_count);
+    if (pixel < 0) {
+        return;
+    }
+    struct PhotonMap map = PHOTON_MAP;
+    struct Sample s;
+    s.surfaces.shapes = shapes;
+    s.surfaces.plane_count = method->plane_count;
+    s.surfaces.nodes = nodes;
+    s.surfaces.node_count = method->node_count;
+    s.surfaces.balls = balls;
+    s.surfaces.normals = normals;
+    s.surfaces.materials_of = materials_of;
+    s.surfaces.materials = materials;
+    s.map = map;
+    s.frame = frame;
+    s.method = method;
+    s.lights = lights;
+    s.environment = environment;
+    s.seed = (uint2)(frame->seed_low, frame->seed_high);
+    s.pixel = (uint)pixel;
+    uint4 keys = philox4x32((uint4)((uint)pixel, 0u, 0u, 0u), s.seed);
+    struct FilmPixel accumulated = film[pixel];
+    for (uint index = first_sample; index < first_sample + sample_count; ++index) {
+        s.index = index;
+        s.draws = 0u;
+        s.looked_at = 0u;
+        s.radiance = (float3)(0.0f);
+        struct CameraRay ray = camera_ray(camera, (uint)pixel, index, keys);
+        struct Branch branches[BRANCHES];
+        branches[0].origin = ray.origin + ray.t_min * ray.direction;
+        branches[0].direction = ray.direction;
+        branches[0].weight = (float3)(1.0f);
+        branches[0].bounces = 0u;
+        uint count = 1u;
+        float depth = -1.0f;
+        bool first = true;
+        while (count > 0u) {
+            --count;
+            struct Hit hit;
+            count += follow(&s, branches[count], &hit, branches + count, BRANCHES - count);
+            if (first) {
+                depth = hit.t < INFINITY ? hit.t : -1.0f;
+                first = false;
+            }
+        }
+        film_add(&accumulated, (float4)(s.radiance, depth >= 0.0f ? 1.0f : 0.0f), depth, s.looked_at);
+    }
+    film[pixel] = accumulated;
+}

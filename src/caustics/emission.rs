@@ -1,0 +1,364 @@
+//! How lights emit photons: a grid of cells each, one photon per cell, through a target or in all directions.
+
+use super::target::{Parts, Target};
+use crate::device_struct;
+use crate::render::local::LocalFrame;
+use crate::scene::Light;
+use crate::surfaces::{DeviceMaterial, DeviceShape, SurfaceArrays};
+use crate::{Error, Result};
+use bytemuck::Zeroable;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+device_struct! {
+    "types/emission.cl",
+    /// A light's share of the photons; see `cl/types/emission.cl`.
+    pub struct Emitter {
+        /// Position or direction of travel.
+        pub place: [f32; 4],
+        /// Of each photon, before what depends on its cell; w: whether nothing does.
+        pub power: [f32; 4],
+        /// Of the target.
+        pub corner: [f32; 4],
+        /// Of the target.
+        pub edge_u: [f32; 4],
+        /// Of the target.
+        pub edge_v: [f32; 4],
+        /// Of the target.
+        pub normal: [f32; 4],
+        /// An edge of a rectangular light.
+        pub light_u: [f32; 4],
+        /// The other one.
+        pub light_v: [f32; 4],
+        /// The normal of its front.
+        pub light_normal: [f32; 4],
+        /// Which way photons leave.
+        pub way: u32,
+        /// Its first photon.
+        pub first: u32,
+        /// Its photons.
+        pub count: u32,
+        /// Rows of its cells.
+        pub rows: u32,
+    }
+}
+
+/// What `way` says.
+mod way {
+    pub const POINT: u32 = 0;
+    pub const SPHERE: u32 = 1;
+    pub const DIRECTIONAL: u32 = 2;
+    pub const RECTANGLE: u32 = 3;
+    pub const HEMISPHERE: u32 = 4;
+}
+
+/// The flux of photons of the same light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Emission {
+    /// What the light sends through each photon's cell.
+    #[default]
+    Radiometric,
+    /// The same for all, as Bogolepov, Sopin and Turlapov have it: a point then sends more to what is farther on the
+    /// target and seen at an angle than it does.
+    Equal,
+}
+
+/// A rectangle through which all photons of all lights are sent, scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TargetRectangle {
+    /// Its middle.
+    pub centre: DVec3,
+    /// One edge from end to end.
+    pub edge_u: DVec3,
+    /// The other edge, at a right angle.
+    pub edge_v: DVec3,
+}
+
+/// How many photons leave the lights, and where to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmissionSettings {
+    /// Photons of all lights in a pass.
+    pub photons: u32,
+    /// Their flux.
+    pub emission: Emission,
+    /// Where to; otherwise to all that reflects or refracts.
+    pub target: Option<TargetRectangle>,
+}
+
+/// A point nearer to the plane of its target than this (times the edges) sends nothing there.
+const LEAST_HEIGHT: f64 = 1e-6;
+
+/// What a light sends, before photons are counted out.
+struct Source {
+    emitter: Emitter,
+    /// All of it per channel, over the square of the local unit.
+    flux: [f64; 3],
+    /// Width over height of the grid of cells.
+    aspect: f64,
+}
+
+/// The emitters of the lights that send anything, their photons one after the other. Without any, no photon is emitted.
+///
+/// # Errors
+/// [`Error::Input`] where parallel light has no target, where the target is no rectangle, and where there are fewer
+/// photons than lights.
+pub fn emitters(
+    lights: &[Light],
+    surfaces: &SurfaceArrays,
+    frame: &LocalFrame,
+    settings: &EmissionSettings,
+) -> Result<Vec<Emitter>> {
+    let target = settings.target.map(|target| local_target(&target, frame)).transpose()?;
+    let material = |shape: &DeviceShape| surfaces.materials_of[shape.surface as usize] as usize;
+    let specular = |shape: &DeviceShape| surfaces.materials[material(shape)].kind != DeviceMaterial::DIFFUSE;
+    let scene =
+        Scene { specular: Parts::of(surfaces, specular), all: Parts::of(surfaces, |_| true), target, frame };
+    if target.is_none() && scene.specular.parts.is_empty() && !scene.specular.unbounded {
+        return Ok(Vec::new());
+    }
+    let sources = lights
+        .iter()
+        .enumerate()
+        .map(|(index, light)| scene.source(index, light))
+        .collect::<Result<Vec<_>>>()?;
+    let shining: Vec<Source> = sources.into_iter().filter(|source| mean(source.flux) > 0.0).collect();
+    if settings.photons == 0 || shining.is_empty() {
+        return Ok(Vec::new());
+    }
+    let fluxes: Vec<f64> = shining.iter().map(|source| mean(source.flux)).collect();
+    let counts = shares(&fluxes, settings.photons)?;
+    let mut first = 0;
+    Ok(shining
+        .iter()
+        .zip(counts)
+        .map(|(source, count)| {
+            first += count;
+            counted(source, first - count, count, settings.emission)
+        })
+        .collect())
+}
+
+fn mean(color: [f64; 3]) -> f64 {
+    color.iter().sum::<f64>() / 3.0
+}
+
+fn local_target(target: &TargetRectangle, frame: &LocalFrame) -> Result<Target> {
+    const LARGEST_COSINE: f64 = 1e-6;
+    let [u, v] = [target.edge_u, target.edge_v].map(DVec3::try_normalize);
+    match (u, v) {
+        (Some(u), Some(v)) if u.dot(v).abs() < LARGEST_COSINE => {
+            let edge_u = target.edge_u / frame.unit;
+            // A right angle to the last bit.
+            let edge_v = (target.edge_v - target.edge_v.dot(u) * u) / frame.unit;
+            Ok(Target { centre: frame.point(target.centre), edge_u, edge_v })
+        }
+        _ => Err(Error::Input(
+            "the edges of the photons' target must be at a right angle, and not zero".into(),
+        )),
+    }
+}
+
+/// What lights send their photons to, local units.
+struct Scene<'f> {
+    specular: Parts,
+    all: Parts,
+    target: Option<Target>,
+    frame: &'f LocalFrame,
+}
+
+impl Scene<'_> {
+    fn source(&self, light: usize, of: &Light) -> Result<Source> {
+        let unit2 = self.frame.unit * self.frame.unit;
+        Ok(match of {
+            Light::Point { position, intensity } => {
+                self.point(light, self.frame.point(*position), intensity.map(|i| i / unit2))?
+            }
+            Light::Directional { direction, irradiance } => {
+                self.directional(light, direction.normalize(), *irradiance)?
+            }
+            Light::Rectangle { centre, edge_u, edge_v, radiance } => {
+                let [u, v] = [*edge_u / self.frame.unit, *edge_v / self.frame.unit];
+                self.rectangle(RectangleLight { centre: self.frame.point(*centre), u, v }, *radiance)
+            }
+        })
+    }
+
+    /// The rectangle for light from these places, unless it is everything.
+    fn target_from(&self, places: &[DVec3]) -> Option<Target> {
+        let covering = || if self.specular.unbounded { None } else { self.specular.seen_from(places) };
+        self.target.or_else(covering)
+    }
+
+    fn point(&self, light: usize, place: DVec3, intensity: [f64; 3]) -> Result<Source> {
+        let emitter = Emitter { place: float4(place, 0.0), ..Emitter::zeroed() };
+        let Some(target) = self.target_from(&[place]) else {
+            let flux = intensity.map(|i| 4.0 * PI * i);
+            // Turns across, heights up: 2 pi by 2 at the equator.
+            return Ok(Source { emitter: Emitter { way: way::SPHERE, ..emitter }, flux, aspect: PI });
+        };
+        let [u, v] = [target.edge_u, target.edge_v].map(DVec3::normalize);
+        let corner = target.corner() - place;
+        let corner = DVec3::new(corner.dot(u), corner.dot(v), corner.dot(target.normal()));
+        let size = [target.edge_u.length(), target.edge_v.length()];
+        if corner.z.abs() <= LEAST_HEIGHT * (size[0] + size[1]) {
+            return Err(Error::Input(format!(
+                "the target of the photons is seen edge-on from `light.{light}`; it must not lie in one plane with a light"
+            )));
+        }
+        let angle = solid_angle(corner, size);
+        let emitter = Emitter {
+            power: float4(DVec3::from_array(intensity), 0.0),
+            corner: float4(corner, 0.0),
+            edge_u: float4(u, size[0]),
+            edge_v: float4(v, size[1]),
+            normal: float4(target.normal(), 0.0),
+            way: way::POINT,
+            ..emitter
+        };
+        Ok(Source { emitter, flux: intensity.map(|i| i * angle), aspect: size[0] / size[1] })
+    }
+
+    fn directional(&self, light: usize, direction: DVec3, irradiance: [f64; 3]) -> Result<Source> {
+        let covering = if self.specular.unbounded { &self.all } else { &self.specular };
+        let covered = || (!covering.parts.is_empty()).then(|| covering.seen_along(direction));
+        let target = self.target.or_else(covered).ok_or_else(|| {
+            Error::Input(format!(
+                "photons of `light.{light}`, which is directional, need a target: nothing in the scene has bounds"
+            ))
+        })?;
+        let area = target.area() * target.normal().dot(direction).abs();
+        let emitter = Emitter {
+            place: float4(direction, self.all.begins_along(direction)),
+            corner: float4(target.corner(), 0.0),
+            edge_u: float4(target.edge_u, 0.0),
+            edge_v: float4(target.edge_v, 0.0),
+            normal: float4(target.normal(), 0.0),
+            way: way::DIRECTIONAL,
+            ..Emitter::zeroed()
+        };
+        let aspect = target.edge_u.length() / target.edge_v.length();
+        Ok(Source { emitter, flux: irradiance.map(|e| e * area), aspect })
+    }
+
+    fn rectangle(&self, light: RectangleLight, radiance: [f64; 3]) -> Source {
+        let emitter = Emitter {
+            place: float4(light.centre, 0.0),
+            light_u: float4(light.u, 0.0),
+            light_v: float4(light.v, 0.0),
+            light_normal: float4(light.normal(), 0.0),
+            ..Emitter::zeroed()
+        };
+        let places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[u, v]| light.at(u, v));
+        let Some(target) = self.target_from(&places) else {
+            let flux = radiance.map(|l| PI * l * light.area());
+            let aspect = light.u.length() / light.v.length();
+            return Source { emitter: Emitter { way: way::HEMISPHERE, ..emitter }, flux, aspect };
+        };
+        let seen = light.seen_by(&target);
+        let areas = light.area() * target.area();
+        let emitter = Emitter {
+            power: float4(DVec3::from_array(radiance) * areas, 0.0),
+            corner: float4(target.corner(), 0.0),
+            edge_u: float4(target.edge_u, 0.0),
+            edge_v: float4(target.edge_v, 0.0),
+            normal: float4(target.normal(), 0.0),
+            way: way::RECTANGLE,
+            ..emitter
+        };
+        let aspect = target.edge_u.length() / target.edge_v.length();
+        Source { emitter, flux: radiance.map(|l| l * seen), aspect }
+    }
+}
+
+/// A rectangular light (or a parallelogram), local units.
+struct RectangleLight {
+    centre: DVec3,
+    u: DVec3,
+    v: DVec3,
+}
+
+impl RectangleLight {
+    fn normal(&self) -> DVec3 {
+        self.u.cross(self.v).normalize()
+    }
+
+    fn area(&self) -> f64 {
+        self.u.cross(self.v).length()
+    }
+
+    fn at(&self, u: f64, v: f64) -> DVec3 {
+        self.centre + (u - 0.5) * self.u + (v - 0.5) * self.v
+    }
+
+    /// The integral of both cosines over the squared distance, over both areas: by the midpoints of 32 cells per edge.
+    /// Photons are counted out by it, and for [`Emission::Equal`] alone it is their flux.
+    fn seen_by(&self, target: &Target) -> f64 {
+        const CELLS: u32 = 32;
+        let middles = || (0..CELLS).map(|i| (f64::from(i) + 0.5) / f64::from(CELLS));
+        let squares = || middles().flat_map(|u| middles().map(move |v| [u, v]));
+        let [front, across] = [self.normal(), target.normal()];
+        let mut sum = 0.0;
+        for [u, v] in squares() {
+            let from = self.at(u, v);
+            for [u, v] in squares() {
+                let to = target.at(u, v) - from;
+                sum += to.dot(front).max(0.0) * to.dot(across).abs() / to.length_squared().powi(2);
+            }
+        }
+        sum * self.area() * target.area() / f64::from(CELLS).powi(4)
+    }
+}
+
+/// Solid angle of a rectangle from the origin: `corner` along its edges and across, and its `size`.
+fn solid_angle(corner: DVec3, size: [f64; 2]) -> f64 {
+    let part = |x: f64, y: f64| (x * y).atan2(corner.z.abs() * (x * x + y * y + corner.z * corner.z).sqrt());
+    let [x, y] = [corner.x, corner.y];
+    part(x + size[0], y + size[1]) - part(x + size[0], y) - part(x, y + size[1]) + part(x, y)
+}
+
+/// So many photons for each flux, one at least and together `photons`: the largest remainders get what is left over.
+fn shares(fluxes: &[f64], photons: u32) -> Result<Vec<u32>> {
+    let lights = fluxes.len() as u32;
+    if photons < lights {
+        return Err(Error::Input(format!(
+            "{photons} photons are too few for {lights} lights: each light that shines needs one at least"
+        )));
+    }
+    let total: f64 = fluxes.iter().sum();
+    let spare = f64::from(photons - lights);
+    let exact: Vec<f64> = fluxes.iter().map(|flux| spare * (flux / total)).collect();
+    let mut counts: Vec<u32> = exact.iter().map(|share| 1 + share.floor() as u32).collect();
+    let mut order: Vec<usize> = (0..fluxes.len()).collect();
+    order.sort_by(|&a, &b| exact[b].fract().total_cmp(&exact[a].fract()));
+    // Rounding may have given one too many.
+    let mut left = i64::from(photons) - counts.iter().map(|&count| i64::from(count)).sum::<i64>();
+    for index in order.into_iter().cycle() {
+        match left {
+            0 => break,
+            1.. => (counts[index], left) = (counts[index] + 1, left - 1),
+            _ if counts[index] > 1 => (counts[index], left) = (counts[index] - 1, left + 1),
+            _ => {}
+        }
+    }
+    Ok(counts)
+}
+
+/// The emitter with its photons and their flux.
+fn counted(source: &Source, first: u32, count: u32, emission: Emission) -> Emitter {
+    let number = f64::from(count);
+    let rows = (number / source.aspect).sqrt().round().clamp(1.0, number) as u32;
+    let emitter = Emitter { first, count, rows, ..source.emitter };
+    let each = float4(DVec3::from_array(source.flux.map(|flux| flux / number)), 1.0);
+    match (emitter.way, emission) {
+        (way::POINT, Emission::Radiometric) => emitter,
+        (way::RECTANGLE, Emission::Radiometric) => {
+            let [r, g, b, _] = emitter.power.map(|power| (f64::from(power) / number) as f32);
+            Emitter { power: [r, g, b, 0.0], ..emitter }
+        }
+        _ => Emitter { power: each, ..emitter },
+    }
+}
+
+fn float4(v: DVec3, w: f64) -> [f32; 4] {
+    [v.x as f32, v.y as f32, v.z as f32, w as f32]
+}

@@ -1,0 +1,132 @@
+//! Where the flux of photons went.
+
+use crate::device_struct;
+
+device_struct! {
+    "types/photon.cl",
+    /// Where the flux of some photons went: means over channels, over the square of the local unit.
+    pub struct PhotonAccount {
+        /// Emitted, stored, met diffuse surfaces directly, absorbed.
+        pub met: [f32; 4],
+        /// What `met` cannot hold.
+        pub met_low: [f32; 4],
+        /// Escaped, cut.
+        pub lost: [f32; 4],
+        /// What `lost` cannot hold.
+        pub lost_low: [f32; 4],
+        /// Photons.
+        pub photons: u32,
+        /// Those that are stored.
+        pub stored: u32,
+        /// Padding.
+        pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
+    }
+}
+
+/// Where the flux of all photons went, over all passes: means over channels, W for each pass's worth of light.
+///
+/// With dispersion, channels of photons may be negative, and so may be a part of a few photons.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PhotonLedger {
+    /// What left the lights.
+    pub emitted: f64,
+    /// Stored on diffuse surfaces.
+    pub stored: f64,
+    /// Met a diffuse surface before anything else, and is not stored: direct light has it.
+    pub direct: f64,
+    /// Absorbed by mirrors and inside glass.
+    pub absorbed: f64,
+    /// Left the scene.
+    pub escaped: f64,
+    /// Lost to the limit on reflections and refractions.
+    pub truncated: f64,
+    /// Photons emitted.
+    pub photons: u64,
+    /// Photons stored.
+    pub stored_photons: u64,
+}
+
+impl PhotonLedger {
+    /// Sums up what the device entered; `unit`: scene units per local unit.
+    pub fn of(accounts: &[PhotonAccount], unit: f64) -> Self {
+        let area = unit * unit;
+        accounts.iter().fold(Self::default(), |all, account| {
+            let met = |i: usize| area * (f64::from(account.met[i]) + f64::from(account.met_low[i]));
+            let lost = |i: usize| area * (f64::from(account.lost[i]) + f64::from(account.lost_low[i]));
+            all.plus(&Self {
+                emitted: met(0),
+                stored: met(1),
+                direct: met(2),
+                absorbed: met(3),
+                escaped: lost(0),
+                truncated: lost(1),
+                photons: account.photons.into(),
+                stored_photons: account.stored.into(),
+            })
+        })
+    }
+
+    /// Both together.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            emitted: self.emitted + other.emitted,
+            stored: self.stored + other.stored,
+            direct: self.direct + other.direct,
+            absorbed: self.absorbed + other.absorbed,
+            escaped: self.escaped + other.escaped,
+            truncated: self.truncated + other.truncated,
+            photons: self.photons + other.photons,
+            stored_photons: self.stored_photons + other.stored_photons,
+        }
+    }
+
+    /// What the first has beyond the second.
+    #[must_use]
+    pub fn minus(&self, other: &Self) -> Self {
+        Self {
+            emitted: self.emitted - other.emitted,
+            stored: self.stored - other.stored,
+            direct: self.direct - other.direct,
+            absorbed: self.absorbed - other.absorbed,
+            escaped: self.escaped - other.escaped,
+            truncated: self.truncated - other.truncated,
+            photons: self.photons - other.photons,
+            stored_photons: self.stored_photons - other.stored_photons,
+        }
+    }
+
+    /// What is missing in stored + direct + absorbed + escaped + truncated = emitted, as a share of what was emitted; 0
+    /// without any.
+    pub fn imbalance(&self) -> f64 {
+        let ends = self.stored + self.direct + self.absorbed + self.escaped + self.truncated;
+        if self.emitted == 0.0 { 0.0 } else { (ends - self.emitted) / self.emitted }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn accounts_add_up_in_double_precision_and_scene_units() {
+        let account = PhotonAccount {
+            met: [8.0, 4.0, 2.0, 1.0],
+            met_low: [1e-9, 0.0, 0.0, 0.0],
+            lost: [0.5, 0.25, 0.0, 0.0],
+            lost_low: [0.0, 1e-9, 0.0, 0.0],
+            photons: 5,
+            stored: 3,
+            pad_0: 0,
+            pad_1: 0,
+        };
+        let all = PhotonLedger::of(&[account, account], 0.5);
+        assert_eq!((all.photons, all.stored_photons), (10, 6));
+        assert_eq!((all.stored, all.direct, all.absorbed, all.escaped), (2.0, 1.0, 0.5, 0.25));
+        assert!((all.emitted - 4.0 - 0.5e-9).abs() < 2e-15, "what float32 cannot hold beside 8 is there");
+        assert!((all.imbalance() + 0.25 / 8.0).abs() < 1e-9, "a quarter of 8 is missing");
+        assert_eq!(PhotonLedger::default().imbalance(), 0.0);
+    }
+}

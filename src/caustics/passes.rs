@@ -1,0 +1,180 @@
+//! Passes: photons from the lights, and the map in which they are gathered; a new one for each sample.
+//!
+//! A pass is a function of its number and the scene alone, so a render may be cut, stopped and resumed anywhere.
+
+use super::{MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonTracer, pass_radius, photon_settings};
+use crate::Result;
+use crate::device::{Arg, Device, LAUNCH_TARGET, Pacer};
+use crate::render::Plan;
+use crate::render::caustics::CausticsSetup;
+use crate::surfaces::SurfaceBuffers;
+use serde::Serialize;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// What the passes of a session did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct PassFacts {
+    /// Passes traced and mapped in this session.
+    pub passes: u32,
+    /// Photons of a pass.
+    pub photons: u32,
+    /// Those that the last map holds.
+    pub mapped: usize,
+    /// Cells of the last map along x, y, z; 0 where it has none.
+    pub cells: [u32; 3],
+    /// The radius of the last pass, scene units.
+    pub radius: f64,
+    /// Seconds of all passes to trace photons.
+    pub trace_seconds: f64,
+    /// ... to find their bounds and keys.
+    pub key_seconds: f64,
+    /// ... to sort them.
+    pub sort_seconds: f64,
+    /// ... to find the ranges of cells.
+    pub fill_seconds: f64,
+    /// ... to put photons in order.
+    pub order_seconds: f64,
+}
+
+/// The photons of one sample after another.
+pub struct Passes {
+    surfaces: Arc<SurfaceBuffers>,
+    tracer: PhotonTracer,
+    map: PhotonMap,
+    /// Of the first pass, local units.
+    radius: f64,
+    alpha: f64,
+    unit: f64,
+    /// The pass that is being traced, and its photons so far.
+    traced: (u32, u32),
+    /// The pass that the map holds.
+    mapped: Option<u32>,
+    pacer: Pacer,
+    /// Of the first passes of the picture.
+    ledger: PassLedger,
+    /// What the tracer has entered up to the pass before.
+    entered: PhotonLedger,
+    facts: PassFacts,
+    /// Time to build the kernels, or to load them.
+    pub build_time: Duration,
+}
+
+impl Passes {
+    /// Makes the passes of `plan` ready.
+    ///
+    /// # Errors
+    /// [`crate::Error::Failed`] when the device lacks memory or does not build a kernel.
+    pub fn new(device: &Device, plan: &Plan<'_>, setup: &CausticsSetup) -> Result<Self> {
+        let surfaces = Arc::new(SurfaceBuffers::new(device, &setup.surfaces)?);
+        let lights = &plan.scene.lights;
+        let settings = photon_settings(&setup.settings, plan.scene.seed);
+        let tracer = PhotonTracer::new(
+            device,
+            lights,
+            &setup.surfaces,
+            Arc::clone(&surfaces),
+            &plan.local,
+            &settings,
+        )?;
+        let mut map = PhotonMap::new(device, setup.map, &setup.receivers, tracer.capacity() as usize)?;
+        // Kernels take a map, be it an empty one.
+        map.build(device, tracer.photons(), 0, setup.radius as f32)?;
+        Ok(Self {
+            build_time: tracer.build_time,
+            surfaces,
+            map,
+            radius: setup.radius,
+            alpha: setup.settings.alpha,
+            unit: plan.local.unit,
+            traced: (0, 0),
+            mapped: None,
+            pacer: Pacer::new(LAUNCH_TARGET),
+            ledger: PassLedger::default(),
+            entered: PhotonLedger::default(),
+            facts: PassFacts { photons: tracer.capacity(), ..PassFacts::default() },
+            tracer,
+        })
+    }
+
+    /// Whether the map holds the photons of this pass.
+    pub fn is_ready(&self, pass: u32) -> bool {
+        self.mapped == Some(pass) || !self.has_photons()
+    }
+
+    /// Whether passes have any photons.
+    pub fn has_photons(&self) -> bool {
+        self.tracer.capacity() > 0
+    }
+
+    /// One launch towards the map of `pass`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Failed`] when the device fails.
+    pub fn step(&mut self, device: &Device, pass: u32) -> Result<()> {
+        if self.traced.0 != pass {
+            self.traced = (pass, 0);
+        }
+        let (_, done) = self.traced;
+        let left = self.tracer.capacity() - done;
+        if left > 0 {
+            let count = u32::try_from(self.pacer.next(1 << 14)).unwrap_or(u32::MAX).min(left);
+            let elapsed = self.tracer.trace(device, pass, done, count)?;
+            self.pacer.measured(u64::from(count), elapsed);
+            self.facts.trace_seconds += elapsed.as_secs_f64();
+            self.traced.1 += count;
+            return Ok(());
+        }
+        let radius = pass_radius(self.radius, self.alpha, pass);
+        let map = self.map.build(device, self.tracer.photons(), done as usize, radius as f32)?;
+        self.mapped = Some(pass);
+        self.note(&map, radius);
+        let entered = self.tracer.ledger(device)?;
+        // A pass that an earlier run began is there already.
+        if pass >= self.ledger.passes {
+            let flux = self.ledger.flux.plus(&entered.minus(&self.entered));
+            self.ledger = PassLedger { passes: pass + 1, flux };
+        }
+        self.entered = entered;
+        Ok(())
+    }
+
+    fn note(&mut self, map: &MapFacts, radius: f64) {
+        let facts = &mut self.facts;
+        facts.passes += 1;
+        facts.mapped = map.valid;
+        facts.cells = map.cells;
+        facts.radius = radius * self.unit;
+        facts.key_seconds += map.keys.as_secs_f64();
+        facts.sort_seconds += map.sort.as_secs_f64();
+        facts.fill_seconds += map.fill.as_secs_f64();
+        facts.order_seconds += map.order.as_secs_f64();
+    }
+
+    /// The surfaces and the map, as `render_caustics` takes them.
+    pub fn arguments(&self) -> impl Iterator<Item = Arg<'_>> {
+        self.surfaces.arguments().into_iter().chain(self.map.arguments())
+    }
+
+    /// What the passes of this session did.
+    pub fn facts(&self) -> &PassFacts {
+        &self.facts
+    }
+
+    /// Where the flux of all photons in the picture went, of earlier runs, too.
+    pub fn ledger(&self) -> &PassLedger {
+        &self.ledger
+    }
+
+    /// Continues a render of which the passes of `ledger` were traced.
+    pub fn restore(&mut self, ledger: PassLedger) {
+        self.ledger = ledger;
+    }
+
+    /// Starts anew.
+    pub fn reset(&mut self) {
+        (self.mapped, self.traced) = (None, (0, 0));
+        self.ledger = PassLedger::default();
+        self.facts = PassFacts { photons: self.facts.photons, ..PassFacts::default() };
+    }
+}

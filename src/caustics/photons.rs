@@ -1,0 +1,176 @@
+//! Tracing photons: `cl/caustics/photons.cl` on a device.
+
+use super::emission::{EmissionSettings, Emitter, emitters};
+use super::ledger::{PhotonAccount, PhotonLedger};
+use super::photon::Photon;
+use super::spectrum::mean_color;
+use crate::device::{Arg, Buffer, Device, Kernel, MemoryPlan, Program, ProgramSpec};
+use crate::render::local::LocalFrame;
+use crate::scene::Light;
+use crate::surfaces::{DeviceMaterial, SurfaceArrays, SurfaceBuffers};
+use crate::{Error, Result, device_struct};
+use bytemuck::Zeroable;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Photons of a launch, and accounts: enough to fill a device. Photon i is entered in account i modulo this.
+const ACCOUNTS: usize = 1 << 16;
+
+device_struct! {
+    "types/emission.cl",
+    /// What all photons of a render share; see `cl/types/emission.cl`.
+    pub struct PhotonFrame {
+        /// Per channel, over the mean of all wavelengths.
+        pub white: [f32; 4],
+        /// Low half of the seed.
+        pub seed_low: u32,
+        /// High half of the seed.
+        pub seed_high: u32,
+        /// Number of emitters.
+        pub emitters: u32,
+        /// Reflections and refractions, at most.
+        pub depth: u32,
+        /// Planes among the shapes.
+        pub plane_count: u32,
+        /// Nodes of the hierarchy.
+        pub node_count: u32,
+        /// Padding.
+        pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
+    }
+}
+
+/// How photons are traced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhotonSettings {
+    /// How many, and where to.
+    pub emission: EmissionSettings,
+    /// Reflections and refractions that a photon goes through at most.
+    pub depth: u32,
+    /// Of the random numbers.
+    pub seed: u64,
+    /// Whether photons are stored, too, that meet a diffuse surface first. Cameras see their light by other means.
+    pub store_direct: bool,
+}
+
+/// Photons of a scene on a device, pass by pass.
+///
+/// A pass is a pure function of scene, settings and its number, to the last bit on one device: however its launches are
+/// cut, and whichever passes came before.
+pub struct PhotonTracer {
+    kernel: Kernel,
+    frame: Buffer<PhotonFrame>,
+    emitters: Buffer<Emitter>,
+    surfaces: Arc<SurfaceBuffers>,
+    photons: Buffer<Photon>,
+    accounts: Buffer<PhotonAccount>,
+    capacity: u32,
+    unit: f64,
+    /// Time to build the kernels, or to load them.
+    pub build_time: Duration,
+}
+
+impl PhotonTracer {
+    /// Makes the tracing of `lights` onto `surfaces` (also uploaded, as `buffers`) ready.
+    ///
+    /// # Errors
+    /// As [`emitters`], and [`Error::Failed`] when the device lacks memory or does not build the kernel.
+    pub fn new(
+        device: &Device,
+        lights: &[Light],
+        surfaces: &SurfaceArrays,
+        buffers: Arc<SurfaceBuffers>,
+        frame: &LocalFrame,
+        settings: &PhotonSettings,
+    ) -> Result<Self> {
+        let emitters = emitters(lights, surfaces, frame, &settings.emission)?;
+        let capacity = emitters.iter().map(|emitter| emitter.count).sum();
+        let mut plan = MemoryPlan::default();
+        Self::memory(&mut plan, capacity);
+        plan.check(device.info())?;
+        let program = Program::build(device, &Self::program(surfaces, settings))?;
+        let [seed_low, seed_high] = [settings.seed as u32, (settings.seed >> 32) as u32];
+        let [r, g, b] = mean_color().map(|mean| (1.0 / mean) as f32);
+        let parameters = PhotonFrame {
+            white: [r, g, b, 0.0],
+            seed_low,
+            seed_high,
+            emitters: emitters.len() as u32,
+            depth: settings.depth,
+            plane_count: buffers.plane_count,
+            node_count: buffers.node_count,
+            pad_0: 0,
+            pad_1: 0,
+        };
+        // No kernel takes an empty buffer.
+        let listed = if emitters.is_empty() { vec![Emitter::zeroed()] } else { emitters };
+        Ok(Self {
+            kernel: program.kernel(device, "photons_trace")?,
+            frame: Buffer::from_slice(device, &[parameters])?,
+            emitters: Buffer::from_slice(device, &listed)?,
+            surfaces: buffers,
+            photons: Buffer::uninitialised(device, capacity as usize)?,
+            accounts: Buffer::zeroed(device, ACCOUNTS)?,
+            capacity,
+            unit: frame.unit,
+            build_time: program.build_time,
+        })
+    }
+
+    /// The program for these surfaces.
+    pub fn program(surfaces: &SurfaceArrays, settings: &PhotonSettings) -> ProgramSpec {
+        surfaces
+            .specialise(ProgramSpec::new("caustics/photons.cl"))
+            .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
+            .feature("STORE_DIRECT", settings.store_direct)
+    }
+
+    /// Adds what so many photons take on the device.
+    pub fn memory(plan: &mut MemoryPlan, photons: u32) {
+        plan.add("photons", photons.into(), size_of::<Photon>());
+        plan.add("accounts of photons", ACCOUNTS as u64, size_of::<PhotonAccount>());
+    }
+
+    /// Traces photons [`first`, `first` + `count`) of a pass into their slots; waits.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when there are fewer photons in a pass, or the device fails.
+    pub fn trace(&mut self, device: &Device, pass: u32, first: u32, count: u32) -> Result<Duration> {
+        let start = Instant::now();
+        let end = first.checked_add(count).filter(|end| *end <= self.capacity).ok_or_else(|| {
+            Error::Failed(format!(
+                "there are no {count} photons from {first} on: a pass has {}",
+                self.capacity
+            ))
+        })?;
+        for from in (first..end).step_by(ACCOUNTS) {
+            let part = (end - from).min(ACCOUNTS as u32);
+            let mut arguments = vec![Arg::from(&self.frame), (&self.emitters).into()];
+            arguments.extend(self.surfaces.arguments());
+            arguments.extend([(&self.photons).into(), (&self.accounts).into()]);
+            arguments.extend([ACCOUNTS as u32, pass, from, part].map(Arg::from));
+            self.kernel.enqueue(device, &arguments, [part as usize, 1, 1])?;
+        }
+        device.finish()?;
+        Ok(start.elapsed())
+    }
+
+    /// The slots of a pass's photons.
+    pub fn photons(&self) -> &Buffer<Photon> {
+        &self.photons
+    }
+
+    /// Photons in a pass: as many as the settings say, or none where no light has any to send.
+    pub fn capacity(&self) -> u32 {
+        self.capacity
+    }
+
+    /// Where the flux of all photons traced so far went, scene units.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn ledger(&self, device: &Device) -> Result<PhotonLedger> {
+        Ok(PhotonLedger::of(&self.accounts.read(device)?, self.unit))
+    }
+}

@@ -1,0 +1,66 @@
+//! What the photons of a render did, in words.
+
+use super::energy::percent;
+use crate::caustics::{PassFacts, PassLedger};
+use serde_json::{Value, json};
+
+/// The share of the flux that `depth` may cut before the summary warns.
+const MUCH_TRUNCATED: f64 = 1e-3;
+
+/// One line: how many there were, and where their flux went. Nothing where there were none.
+pub fn line(ledger: &PassLedger, facts: &PassFacts) -> Option<String> {
+    let flux = &ledger.flux;
+    if flux.photons == 0 {
+        return None;
+    }
+    let share = |part: f64| percent(part / flux.emitted);
+    let parts = [
+        ("stored", flux.stored),
+        ("met a diffuse surface first", flux.direct),
+        ("absorbed", flux.absorbed),
+        ("escaped", flux.escaped),
+        ("cut by method.depth", flux.truncated),
+    ];
+    let parts: Vec<String> = parts
+        .into_iter()
+        .filter(|(_, part)| *part != 0.0)
+        .map(|(what, part)| format!("{} {what}", share(part)))
+        .collect();
+    Some(format!(
+        "photons: {} in {} passes; of their flux {}; gathered within {:.4} at last; {:.2} s to trace, {:.2} s to sort",
+        flux.photons,
+        ledger.passes,
+        parts.join(", "),
+        facts.radius,
+        facts.trace_seconds,
+        facts.key_seconds + facts.sort_seconds + facts.fill_seconds + facts.order_seconds,
+    ))
+}
+
+/// What the user should know about the picture: that `depth` darkens it.
+pub fn warning(ledger: &PassLedger, depth: u32) -> Option<String> {
+    let share = ledger.flux.truncated / ledger.flux.emitted;
+    (share > MUCH_TRUNCATED).then(|| {
+        format!("method.depth = {depth} cuts {} of the photons' flux: more would be brighter", percent(share))
+    })
+}
+
+/// The same for programs: flux in W, sums over passes.
+pub fn report(ledger: &PassLedger, facts: &PassFacts) -> Value {
+    let flux = &ledger.flux;
+    json!({
+        "passes": ledger.passes,
+        "photons": flux.photons,
+        "in_maps": flux.stored_photons,
+        "flux": {
+            "emitted": flux.emitted,
+            "stored": flux.stored,
+            "direct": flux.direct,
+            "absorbed": flux.absorbed,
+            "escaped": flux.escaped,
+            "truncated": flux.truncated,
+            "imbalance": flux.imbalance(),
+        },
+        "this_run": facts,
+    })
+}

@@ -1,0 +1,207 @@
+//! Caustics: pictures of surfaces and of the light that mirrors and glass bring together. The kernel is
+//! `cl/render/caustics.cl`; photons are in [`crate::caustics`].
+
+use super::lights::DeviceLight;
+use super::local::LocalFrame;
+use super::method::{DeviceFrame, HostBuffer, MethodSetup};
+use crate::caustics::{
+    Emitter, MapSettings, PhotonTracer, Receiver, emitters, map_settings, photon_settings, receiver,
+};
+use crate::device::{MemoryPlan, ProgramSpec};
+use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
+use crate::sort::CellRanges;
+use crate::surfaces::{self, Bounds, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
+use crate::{Result, device_struct};
+use bytemuck::Zeroable;
+use glam::DVec3;
+
+/// A ray that carries less than this part of the picture's light takes one way at glass, not both.
+const SPLIT: f32 = 0.02;
+/// The radius of gathering over the extent of what makes caustics, where the scene does not say.
+const RADIUS: f64 = 0.01;
+
+device_struct! {
+    "types/caustics.cl",
+    /// Parameters of pictures of surfaces; see `cl/types/caustics.cl`.
+    pub struct DeviceCaustics {
+        /// Factor of what photons give.
+        pub photon_scale: f32,
+        /// Below this weight rays do not divide.
+        pub split: f32,
+        /// Number of planes.
+        pub plane_count: u32,
+        /// Number of boxes of the hierarchy.
+        pub node_count: u32,
+        /// Most reflections and refractions.
+        pub depth: u32,
+        /// Padding.
+        pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
+        /// Padding.
+        pub pad_2: u32,
+    }
+}
+
+/// What traces and gathers photons, made ready on the host.
+pub struct CausticsSetup {
+    /// The settings.
+    pub settings: Caustics,
+    /// The surfaces.
+    pub surfaces: SurfaceArrays,
+    /// What gathering knows of each.
+    pub receivers: Vec<Receiver>,
+    /// How photons are gathered.
+    pub map: MapSettings,
+    /// The radius of the first pass, local units.
+    pub radius: f64,
+}
+
+impl CausticsSetup {
+    /// What the passes allocate on a device, at most.
+    pub fn memory(&self) -> MemoryPlan {
+        let mut plan = MemoryPlan::default();
+        PhotonTracer::memory(&mut plan, self.settings.photons);
+        let photons = u64::from(self.settings.photons);
+        plan.add("photons in order", photons, 32);
+        // Keys and numbers, before and after, whatever sorts them.
+        plan.add("keys of photons", photons, 20);
+        plan.items.extend(CellRanges::memory(self.map.table_cells, self.settings.photons as usize).items);
+        plan.add("shapes", self.surfaces.shapes.len() as u64, size_of::<DeviceShape>());
+        plan.add("boxes of shapes", self.surfaces.nodes.len() as u64, size_of::<DeviceNode>());
+        plan
+    }
+}
+
+/// The frame in which the surfaces are computed: that of what reflects and refracts, where float32 is needed most.
+pub fn frame(scene: &Scene, meshes: &Meshes) -> LocalFrame {
+    let bounds = |specular: bool| {
+        let wanted =
+            |surface: &crate::scene::Surface| !specular || scene.materials[surface.material].is_specular();
+        surfaces::bounds_of(&scene.surfaces, meshes, wanted)
+    };
+    let whole = bounds(true).or_else(|| bounds(false)).unwrap_or_else(|| {
+        let camera = &scene.camera;
+        let half = DVec3::splat(0.5 * camera.position.distance(camera.target));
+        Bounds { low: camera.target - half, high: camera.target + half }
+    });
+    let size = whole.size();
+    LocalFrame {
+        origin: whole.low,
+        unit: size.max_element(),
+        dims: [1; 3],
+        spacing: size / size.max_element(),
+    }
+}
+
+/// Makes the method ready.
+///
+/// # Errors
+/// [`crate::Error::Input`] where float32 cannot hold the scene.
+pub fn prepare(
+    scene: &Scene,
+    settings: Caustics,
+    meshes: &Meshes,
+    local: &LocalFrame,
+    frame: &mut DeviceFrame,
+) -> Result<MethodSetup> {
+    let surfaces = SurfaceArrays::new(&scene.surfaces, &scene.materials, meshes, local)?;
+    let lights = device_lights(&scene.lights, local, frame);
+    let map = map_settings(&settings.gather);
+    let extent = surfaces.specular_bounds.or(surfaces.bounds).map_or(local.unit, |b| b.size().max_element());
+    let radius = settings.radius.unwrap_or(RADIUS * extent) / local.unit;
+    let photons = photons_wanted(scene, &settings, &surfaces);
+    let settings = Caustics { photons: if photons { settings.photons } else { 0 }, ..settings };
+    // What no photon can do is found here, not on the device.
+    let emission = photon_settings(&settings, scene.seed).emission;
+    let emitters = emitters(&scene.lights, &surfaces, local, &emission)?;
+    let parameters = DeviceCaustics {
+        photon_scale: photon_scale(&emitters, settings.gather.paper_intensity),
+        split: SPLIT,
+        plane_count: surfaces.plane_count as u32,
+        node_count: surfaces.nodes.len() as u32,
+        depth: settings.depth,
+        ..DeviceCaustics::zeroed()
+    };
+    let spec = map
+        .define_gather(surfaces.specialise(ProgramSpec::new("render/caustics.cl")))
+        .feature("RECTANGLES", frame.rectangle_count > 0)
+        .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays);
+    Ok(MethodSetup {
+        spec,
+        kernel: "render_caustics",
+        parameters: HostBuffer::new("method parameters", &[parameters]),
+        tables: vec![lights_buffer(&lights)],
+        value_units: 1.0,
+        random: true,
+        lanes: false,
+        paths: false,
+        has_depth: true,
+        notes: notes(scene, meshes, photons),
+        details: details(&surfaces, radius * local.unit),
+        light: None,
+        caustics: Some(Box::new(CausticsSetup {
+            settings,
+            receivers: scene.surfaces.iter().map(|surface| receiver(&surface.shape, local)).collect(),
+            surfaces,
+            map,
+            radius,
+        })),
+    })
+}
+
+/// A buffer is not empty.
+fn lights_buffer(lights: &[DeviceLight]) -> HostBuffer {
+    let none = [DeviceLight::zeroed()];
+    HostBuffer::new("lights", if lights.is_empty() { &none } else { lights })
+}
+
+/// All lights, rectangles first.
+fn device_lights(lights: &[Light], local: &LocalFrame, frame: &mut DeviceFrame) -> Vec<DeviceLight> {
+    let (rectangles, others): (Vec<_>, Vec<_>) =
+        lights.iter().partition(|light| matches!(light, Light::Rectangle { .. }));
+    frame.rectangle_count = rectangles.len() as u32;
+    frame.light_count = lights.len() as u32;
+    rectangles.into_iter().chain(others).map(|light| DeviceLight::new(light, local)).collect()
+}
+
+/// Factor of what is gathered: 1, or what makes photons that are all alike bring the paper's intensity each.
+fn photon_scale(emitters: &[Emitter], paper_intensity: Option<f64>) -> f32 {
+    let photons: f64 = emitters.iter().map(|emitter| f64::from(emitter.count)).sum();
+    let mean_channel =
+        |emitter: &Emitter| emitter.power[..3].iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
+    let flux: f64 = emitters.iter().map(|emitter| f64::from(emitter.count) * mean_channel(emitter)).sum();
+    match paper_intensity {
+        _ if photons == 0.0 => 0.0,
+        Some(intensity) => (intensity * photons / flux) as f32,
+        None => 1.0,
+    }
+}
+
+/// Whether there is anything that photons would bring.
+fn photons_wanted(scene: &Scene, settings: &Caustics, surfaces: &SurfaceArrays) -> bool {
+    let receives = surfaces.materials_of.iter().any(|&of| !scene.materials[of as usize].is_specular());
+    let sends = surfaces.specular_bounds.is_some() || settings.direct == CausticsDirect::Photons;
+    settings.photons > 0 && receives && sends && !scene.lights.is_empty()
+}
+
+fn notes(scene: &Scene, meshes: &Meshes, photons: bool) -> Vec<String> {
+    let mut notes = meshes.notes.clone();
+    if scene.lights.is_empty() {
+        notes.push("no [[light]]: surfaces show the background alone".into());
+    } else if !photons {
+        notes.push("no photons: there is nothing that makes caustics, or nothing that shows them".into());
+    }
+    let black = matches!(scene.background, Background::Constant(color) if color == [0.0; 3]);
+    if !black {
+        notes.push("the background is seen, directly and in mirrors and glass, but lights no surface".into());
+    }
+    notes
+}
+
+fn details(surfaces: &SurfaceArrays, radius: f64) -> Vec<String> {
+    vec![
+        format!("{} shapes in {} boxes", surfaces.shapes.len(), surfaces.nodes.len()),
+        format!("photons are gathered within {radius:.6} scene units in the first pass"),
+    ]
+}

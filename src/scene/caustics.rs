@@ -1,0 +1,125 @@
+//! Settings of caustics.
+
+use super::camera::direction;
+use super::context::Context;
+use super::light::LEAST_SINE;
+use crate::config::types::{
+    AccelerationConfig, DirectConfig, FillConfig, FluxConfig, GatherConfig, KernelConfig, MethodConfig,
+    SortConfig, WeightsConfig,
+};
+use glam::DVec3;
+
+/// Caustics of mirrors and glass on diffuse surfaces, by photons.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Caustics {
+    /// Photons per pass, of all lights together.
+    pub photons: u32,
+    /// Radius of gathering in the first pass, scene units, > 0; chosen by the renderer if `None`.
+    pub radius: Option<f64>,
+    /// How the radius shrinks from pass to pass, 0 < alpha ≤ 1; 1: it stays.
+    pub alpha: f64,
+    /// Most times that light is reflected or refracted, ≥ 1.
+    pub depth: u32,
+    /// How direct light comes into the picture.
+    pub direct: DirectConfig,
+    /// How much light a photon carries.
+    pub flux: FluxConfig,
+    /// Where photons are sent to; chosen for each light if `None`.
+    pub target: Option<Target>,
+    /// How their light is gathered.
+    pub gather: Gather,
+}
+
+/// A parallelogram that photons are sent to, in scene units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Target {
+    /// Its middle.
+    pub centre: DVec3,
+    /// One edge from end to end.
+    pub edge_u: DVec3,
+    /// The other edge, not parallel to `edge_u`.
+    pub edge_v: DVec3,
+}
+
+/// How the light of photons is gathered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gather {
+    /// How a photon's share falls with its distance.
+    pub kernel: KernelConfig,
+    /// Irradiance that a photon adds at its place, W/m², where weights are as published; normalised if `None`.
+    pub paper_intensity: Option<f64>,
+    /// Whether edges of receivers are corrected for.
+    pub edge_correction: bool,
+    /// How the photons near a point are found.
+    pub acceleration: AccelerationConfig,
+    /// How they are sorted.
+    pub sort: SortConfig,
+    /// How voxels find their photons.
+    pub fill: FillConfig,
+}
+
+pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Caustics> {
+    let MethodConfig::Caustics { photons, radius, alpha, depth, direct, emission, gather } = config else {
+        return None;
+    };
+    let target = emission.target.as_ref().map(|target| {
+        let [u, v] = [("edge_u", target.edge_u), ("edge_v", target.edge_v)]
+            .map(|(key, edge)| direction(edge, &format!("method.emission.target.{key}"), cx));
+        if let (Some(u), Some(v)) = (u, v)
+            && u.cross(v).length() < LEAST_SINE
+        {
+            cx.wrong(
+                "method.emission.target.edge_v",
+                "`method.emission.target.edge_v` must not be parallel to `edge_u`",
+                "they span no rectangle",
+            );
+        }
+        let [centre, edge_u, edge_v] = [target.centre, target.edge_u, target.edge_v].map(DVec3::from_array);
+        Target { centre, edge_u, edge_v }
+    });
+    Some(Caustics {
+        photons: *photons,
+        radius: *radius,
+        alpha: *alpha,
+        depth: *depth,
+        direct: *direct,
+        flux: emission.flux,
+        target,
+        gather: gathering(gather, emission.flux, cx),
+    })
+}
+
+fn gathering(config: &GatherConfig, flux: FluxConfig, cx: &mut Context<'_>) -> Gather {
+    let paper_intensity = match config.weights {
+        WeightsConfig::Normalised => {
+            let reason = "needs `method.gather.weights = \"paper\"`";
+            cx.useless("method.gather.intensity", reason, "normalised weights have no scale of their own");
+            None
+        }
+        WeightsConfig::Paper => {
+            if config.intensity.is_none() {
+                cx.wrong(
+                    "method.gather.weights",
+                    "weights \"paper\" need `method.gather.intensity`",
+                    "what does a photon add at its place?",
+                );
+            }
+            if flux != FluxConfig::Equal {
+                cx.wrong(
+                    "method.gather.weights",
+                    "weights \"paper\" need `method.emission.flux = \"equal\"`",
+                    "as published, all photons are alike",
+                );
+            }
+            config.intensity.or(Some(0.0))
+        }
+    };
+    Gather {
+        kernel: config.kernel,
+        paper_intensity,
+        edge_correction: config.edge_correction,
+        acceleration: config.acceleration,
+        sort: config.sort,
+        fill: config.fill,
+    }
+}
