@@ -5,8 +5,8 @@ use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodSetup};
 use crate::caustics::{
-    Emitter, MapSettings, PhotonTracer, Receiver, emitters, map_settings, mean_color, photon_settings,
-    receiver,
+    Emitter, MapSettings, PhotonTracer, Receiver, diffuse_light_returns, emitters, map_settings, mean_color,
+    photon_settings, receiver,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
@@ -187,7 +187,9 @@ fn photon_scale(emitters: &[Emitter], paper_intensity: Option<f64>) -> f32 {
 /// Whether there is anything that photons would bring.
 fn photons_wanted(scene: &Scene, settings: &Caustics, surfaces: &SurfaceArrays) -> bool {
     let receives = surfaces.materials_of.iter().any(|&of| !scene.materials[of as usize].is_specular());
-    let sends = surfaces.specular_bounds.is_some() || settings.direct == CausticsDirect::Photons;
+    let sends = surfaces.specular_bounds.is_some()
+        || settings.direct == CausticsDirect::Photons
+        || settings.bounces > 0 && diffuse_light_returns(surfaces);
     settings.photons > 0 && receives && sends && !scene.lights.is_empty()
 }
 
