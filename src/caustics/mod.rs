@@ -28,6 +28,7 @@ mod target;
 pub use emission::{Emission, EmissionSettings, Emitter, TargetRectangle, emitters};
 pub use ledger::{BouncedLedger, PhotonAccount, PhotonLedger};
 pub use map::{MapFacts, PhotonMap};
+pub use map_cells::Focus;
 pub use map_types::{Acceleration, MapFrame, MapSettings, Weighting};
 pub use pass_ledger::PassLedger;
 pub use passes::{PassFacts, Passes};

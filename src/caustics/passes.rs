@@ -3,7 +3,8 @@
 //! A pass is a function of its number and the scene alone, so a render may be cut, stopped and resumed anywhere.
 
 use super::{
-    BouncedLedger, MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonTracer, pass_radius, photon_settings,
+    BouncedLedger, Focus, MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonTracer, pass_radius,
+    photon_settings,
 };
 use crate::Result;
 use crate::device::{Arg, Device, LAUNCH_TARGET, Pacer};
@@ -80,6 +81,11 @@ impl Passes {
             &settings,
         )?;
         let mut map = PhotonMap::new(device, setup.map, &setup.receivers, tracer.capacity() as usize)?;
+        if let Some(bounds) = setup.surfaces.bounds {
+            let centre = plan.local.point(bounds.centre()).as_vec3().to_array();
+            let reach = (0.5 * bounds.size().max_element() / plan.local.unit) as f32;
+            map = map.focused(Focus { centre, reach });
+        }
         // Kernels take a map, be it an empty one.
         map.build(device, tracer.photons(), 0, setup.radius as f32)?;
         Ok(Self {
