@@ -34,7 +34,7 @@ fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
             spec = spec.define("PIXELS", (TILE * TILE).to_string());
         }
     }
-    if device.can_force_inlining() { spec } else { spec.define("INLINE", "inline") }
+    spec
 }
 
 /// Paths that a work-item follows side by side; with more than one it takes a whole tile.
