@@ -13,6 +13,11 @@ INLINE int4 cell_of(__constant struct LightGrid *grid, uint index) {
     return (int4)((int)(index % nx), (int)(index / nx % ny), (int)(index / (nx * ny)), 0);
 }
 
+// The index of a cell.
+INLINE uint cell_index(__constant struct LightGrid *grid, int4 cell) {
+    return ((uint)cell.z * (uint)grid->dims.y + (uint)cell.y) * (uint)grid->dims.x + (uint)cell.x;
+}
+
 // A cell's centre in local units; w = 0.
 INLINE float4 cell_centre(__constant struct LightGrid *grid, int4 cell) {
     float4 centre = (convert_float4(cell) + 0.5f) * grid->cell;

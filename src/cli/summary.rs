@@ -48,13 +48,11 @@ impl Summary<'_> {
         say(&self.line());
         if let Some(facts) = self.session.light_facts() {
             say(&light::line(facts));
-            light::warnings(facts).iter().for_each(|text| say(&format!("note: {text}")));
         }
         if let Some(paths) = &self.snapshot.paths {
-            let method = &self.plan.scene.method;
-            say(&energy::line(paths, method));
-            energy::warning(paths, method).iter().for_each(|text| say(&format!("note: {text}")));
+            say(&energy::line(paths, &self.plan.scene.method));
         }
+        self.warn();
         let summary = &self.snapshot.summary;
         if summary.standard_error.is_some()
             && summary.relative_error().is_none()
@@ -68,6 +66,19 @@ impl Summary<'_> {
         } else {
             format!("{output} is finished already and was left as it is; wrote its preview {preview}")
         })
+    }
+
+    /// What the user should know about how it went.
+    fn warnings(&self) -> Vec<String> {
+        let light = self.session.light_facts().map(light::warnings).unwrap_or_default();
+        let method = &self.plan.scene.method;
+        let paths = self.snapshot.paths.as_ref().and_then(|paths| energy::warning(paths, method));
+        light.into_iter().chain(paths).collect()
+    }
+
+    /// Says it on stderr.
+    pub fn warn(&self) {
+        self.warnings().iter().for_each(|text| say(&format!("note: {text}")));
     }
 
     /// What the end means for the exit code.
@@ -170,7 +181,7 @@ impl Summary<'_> {
                 "platform": device.platform,
                 "driver": device.driver,
             },
-            "notes": self.plan.notes,
+            "notes": self.plan.notes.iter().cloned().chain(self.warnings()).collect::<Vec<_>>(),
         })
     }
 }

@@ -254,6 +254,7 @@ impl Base {
             fluence: field()?,
             reduced: reduces.then(field).transpose()?,
             flow: directed.then(field).transpose()?,
+            extent: None,
         })
     }
 }

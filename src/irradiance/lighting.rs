@@ -34,6 +34,10 @@ pub struct LightFacts {
     pub channels: Vec<ChannelFacts>,
     /// Steps in time of the paper's model.
     pub steps: Option<u32>,
+    /// Cells of scattered light, of which [`ChannelFacts::floor_cells`] are a part; `None` with steps in time.
+    pub cells: Option<usize>,
+    /// The least optical thickness of the box's longest edge, of which the thinner parts are taken to be.
+    pub floor: Option<f64>,
 }
 
 /// A light volume on its way.
@@ -226,6 +230,8 @@ impl Lighting {
             &mut watch,
         )?;
         self.facts.channels = scattered.channels;
+        self.facts.cells = Some(scattered_grid.cells());
+        self.facts.floor = Some(steady.floor);
         self.finish(device, direct, scattered.fluence, scattered.drift)
     }
 

@@ -83,6 +83,8 @@ pub struct Session {
     paths: Option<PathBuffers>,
     light: Option<Light>,
     light_facts: Option<LightFacts>,
+    light_hash: Option<String>,
+    light_from_file: bool,
     light_time: Duration,
     /// Set when the user wants to stop.
     interrupt: Option<Arc<AtomicBool>>,
@@ -148,6 +150,7 @@ impl Session {
         } else {
             None
         };
+        let light_hash = light.filter(|_| plan.method.light.is_some());
         let light = match (&plan.method.light, light) {
             (Some(setup), Some(data)) => {
                 Some(Light::Done(LightBuffers::upload(&device, setup.direct_grid, data)?))
@@ -164,6 +167,8 @@ impl Session {
             paths,
             light,
             light_facts: None,
+            light_hash: light_hash.map(LightData::hash),
+            light_from_file: false,
             light_time: Duration::ZERO,
             interrupt: None,
             has_auxiliary: plan.has_auxiliary(),
@@ -210,6 +215,32 @@ impl Session {
     /// What the computation of the light volume did, once it is done in this session.
     pub fn light_facts(&self) -> Option<&LightFacts> {
         self.light_facts.as_ref()
+    }
+
+    /// The hash of the light volume, once there is one.
+    pub fn light_hash(&self) -> Option<&str> {
+        self.light_hash.as_deref()
+    }
+
+    /// Notes that the light volume was read from a file.
+    pub fn set_light_from_file(&mut self) {
+        self.light_from_file = true;
+    }
+
+    /// Whether the light volume was read from a file.
+    pub fn is_light_from_file(&self) -> bool {
+        self.light_from_file
+    }
+
+    /// Computes the light volume, if there is one to compute and it is not done.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails, [`Error::Interrupted`] after an interrupt.
+    pub fn compute_light(&mut self) -> Result<()> {
+        while let Some(Light::Computing(_)) = self.light {
+            self.step_light()?;
+        }
+        Ok(())
     }
 
     /// The device it runs on.
@@ -260,6 +291,7 @@ impl Session {
         self.light_time += elapsed;
         if let Some((buffers, facts)) = done {
             self.light_facts = Some(LightFacts { seconds: self.light_time.as_secs_f64(), ..facts });
+            self.light_hash = Some(buffers.read(&self.device)?.hash());
             self.light = Some(Light::Done(buffers));
         }
         Ok(())
@@ -305,7 +337,7 @@ impl Session {
         if let Some(setup) = &plan.method.light {
             let voxels = Arc::clone(&self.inputs[VOXELS]);
             self.light = Some(Light::Computing(Box::new(Lighting::new(&self.device, plan, setup, voxels)?)));
-            (self.light_facts, self.light_time) = (None, Duration::ZERO);
+            (self.light_facts, self.light_hash, self.light_time) = (None, None, Duration::ZERO);
         }
         self.reset()
     }
