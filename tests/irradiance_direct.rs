@@ -81,7 +81,7 @@ fn one_light_without_extent_in_a_homogeneous_box_has_no_noise() {
 #[test]
 fn coarser_cells_see_light_from_their_own_centres() {
     for coarsening in [2, 3, 4, 64] {
-        let (case, twin) = homogeneous([9, 6, 5], 0.2, [1.0; 3], SUN);
+        let (case, twin) = homogeneous([9, 6, 5], 0.05, [1.0; 3], SUN);
         let run = How::passes(1).coarse(coarsening).run(&case);
         assert_eq!(
             run.centres.len(),
@@ -127,7 +127,7 @@ fn a_lamp_in_the_volume_loses_to_the_cells_what_does_not_leave_the_box() {
 #[test]
 fn thick_cells_have_the_mean_of_their_light() {
     let light = "[[light]]\nkind = \"directional\"\ndirection = [0, 0, 1]\nirradiance = 1\n";
-    for sigma in [0.5, 0.7, 1.0, 2.5, 10.0, 20.0] {
+    for sigma in [0.5, 0.6, 0.7, 1.0, 2.5, 10.0, 20.0] {
         let (case, twin) = homogeneous([6, 7, 5], sigma, [1.0; 3], light);
         let run = How::passes(1024).run(&case);
         if sigma >= 1.0 {
@@ -136,8 +136,8 @@ fn thick_cells_have_the_mean_of_their_light() {
         }
         let [found, error] = taken(&run, &twin);
         let exact = 42.0 * -f64::exp_m1(-5.0 * sigma);
-        // The centre of a cell of half a mean free path is 1/96 below its mean.
-        assert!((found / exact - 1.0).abs() < 0.0105 + 5.0 * error / exact, "{sigma}: {found} of {exact}");
+        // The centre of a cell of 0.6 mean free paths is 1/67 below its mean, of which 1/7 is known already.
+        assert!((found / exact - 1.0).abs() < 0.014 + 5.0 * error / exact, "{sigma}: {found} of {exact}");
     }
 }
 

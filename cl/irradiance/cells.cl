@@ -41,7 +41,7 @@ __kernel void irradiance_cells(__constant struct Frame *frame, __constant struct
 // Optical thickness of a cell from which its centre stands no longer for all of it, and by how much more only the mean
 // over the cell will do.
 #define THIN 0.5f
-#define FADE 0.5f
+#define FADE 0.25f
 // The same for the distance of a point light, in the longest edge of a cell, towards it.
 #define FAR 2.5f
 

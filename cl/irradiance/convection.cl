@@ -22,7 +22,7 @@ struct Stream {
     float x; // u / h per axis
     float y;
     float z;
-    bool held; // whether the cell has the light's own value
+    bool held; // whether the cell has the light that convection_hold gives it
 };
 
 // From the light to the cell's centre, in cells, along an axis.
@@ -61,6 +61,78 @@ INLINE struct Stream stream_at(__constant struct LightGrid *grid, __constant str
     stream.y = light->place.y / grid->cell.y;
     stream.z = light->place.z / grid->cell.z;
     return stream;
+}
+
+// Lines through a cell near a point light: NEAR_POINTS cubed of them, or about twice as many directions from the light in
+// its own cell. What lies before the cell is taken at NEAR_STEPS points.
+#define NEAR_POINTS 6
+#define NEAR_STEPS 16
+
+// (1 - e^-depth) / depth.
+INLINE REAL mean_left(REAL depth) {
+    REAL near = 1.0f - 0.5f * depth + (1.0f / 6.0f) * depth * depth;
+    return depth < 0.01f ? near : (1.0f - exp(-depth)) / max(depth, 1e-30f);
+}
+
+// What is left of light after a way from `from`, lengths in local units.
+INLINE REAL left_after(__global const float4 *scattering, __global const float4 *absorption,
+    __constant struct LightGrid *grid, float counted, float4 from, float4 direction, float way) {
+    float step = way * (1.0f / NEAR_STEPS);
+    float4 sum = (float4)(0.0f);
+    for (int k = 0; k < NEAR_STEPS; ++k) {
+        float4 place = (from + ((float)k + 0.5f) * step * direction) / (float4)(grid->cell.xyz, 1.0f);
+        int4 cell = clamp(convert_int4(floor(place)), (int4)(0), max(grid->dims - 1, 0));
+        long i = plain_at(grid, cell.x, cell.y, cell.z);
+        sum += counted * scattering[i] + absorption[i];
+    }
+    return exp(-step * CHANNELS(sum));
+}
+
+// The cells that are held about a point light get the mean of its light, less what is before it, over the cell: what they
+// take adds up to no more than the light sends.
+__kernel void convection_hold(__global REAL *shares, __global const float4 *scattering,
+    __global const float4 *absorption, __constant struct LightGrid *grid, __constant struct CarriedLight *light,
+    float counted) {
+    FIND_LIGHT_CELL
+    struct Stream stream = point_stream(light->place, light->cell, grid->cell, (int)x, y, z);
+    if (light->cell.w == 0 || !stream.held) return;
+    long own = plain_at(grid, x, y, z);
+    REAL sigma = CHANNELS(counted * scattering[own] + absorption[own]);
+    float4 edge = grid->cell;
+    float4 from = light->place * edge;
+    from.w = 0.0f;
+    float4 half_edges = 0.5f * edge;
+    float4 centre = ((float4)((float)x, (float)y, (float)z, 0.0f) + 0.5f) * edge;
+    centre.w = 0.0f;
+    bool inside = (int)x == light->cell.x && y == light->cell.y && z == light->cell.z;
+    REAL sum = (REAL)(0.0f);
+    for (int k = 0; k < NEAR_POINTS; ++k) {
+        for (int j = 0; j < NEAR_POINTS; ++j) {
+            for (int i = 0; i < (inside ? 2 : 1) * NEAR_POINTS; ++i) {
+                float4 u = ((float4)((float)i, (float)j, (float)k, 0.0f) + 0.5f) * (1.0f / NEAR_POINTS);
+                float4 direction = centre + half_edges * (2.0f * u - 1.0f) - from;
+                if (inside) {
+                    // A lattice of latitudes, all different, and longitudes.
+                    float height = 1.0f - ((float)i + ((float)j + u.z) * (1.0f / NEAR_POINTS)) * (1.0f / NEAR_POINTS);
+                    float radius = sqrt(max(1.0f - height * height, 0.0f));
+                    float angle = 6.28318531f * (((float)k + u.y) * (1.0f / NEAR_POINTS) + (float)i * 0.38196601f);
+                    direction = (float4)(radius * cos(angle), radius * sin(angle), height, 0.0f);
+                }
+                direction.w = 0.0f;
+                direction *= 1.0f / sqrt(max(dot(direction, direction), 1e-30f));
+                float2 way = way_in_box(from, direction, centre, half_edges);
+                float length = way.y - way.x;
+                // As in lamp_of_box of direct_rays.cl.
+                float weight = inside ? length : 3.0f / max(way.x * way.x + way.x * way.y + way.y * way.y, 1e-30f);
+                sum += weight * mean_left(sigma * length)
+                    * left_after(scattering, absorption, grid, counted, from, direction, way.x);
+            }
+        }
+    }
+    float count = (float)((inside ? 2 : 1) * NEAR_POINTS * NEAR_POINTS * NEAR_POINTS);
+    float solid = inside ? 12.566370614f / (edge.x * edge.y * edge.z) : 1.0f;
+    float4 to = centre - from;
+    shares[padded_at(grid, x, y, z)] = sum * (solid / count * max(dot(to, to), light->power.w));
 }
 
 // Darkness, with light all around.
@@ -109,7 +181,7 @@ __kernel void convection_step_point(__global REAL *restrict next, __global const
     REAL here = now[i];
     REAL moved = here + MOVES(time * stream.x, 1) + MOVES(time * stream.y, row) + MOVES(time * stream.z, slice);
     moved = max(moved, 0.0f) * decay[plain_at(grid, x, y, z)];
-    next[i] = stream.held ? (REAL)(1.0f) : moved;
+    next[i] = stream.held ? here : moved;
 }
 
 // The steady state of the cells `level` cells from the light's (the sum over the axes), once those of the level before
@@ -136,7 +208,9 @@ __kernel void convection_settle(__global REAL *shares, __global const float4 *sc
     float leaving = fabs(stream.x) + fabs(stream.y) + fabs(stream.z);
     long own = plain_at(grid, x, y, z);
     REAL sigma = CHANNELS(counted * scattering[own] + absorption[own]);
-    shares[i] = stream.held ? (REAL)(1.0f) : arriving / (leaving + sigma);
+    if (!stream.held) {
+        shares[i] = arriving / (leaving + sigma);
+    }
 }
 
 // From the light to a cell's centre; w: squared distance from which the cell sees a point, 1 of directional lights.

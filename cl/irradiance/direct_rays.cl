@@ -111,33 +111,28 @@ INLINE struct FlightLanes idle_flights(void) {
 
 #ifdef SAMPLE_LIGHTS
 #ifdef SPREAD
-// Where the ray from `from` along `direction` is in the box: in and out. `half`: edges, halved.
-INLINE float2 way_in_box(float4 from, float4 direction, float4 centre, float4 half_edges) {
-    float2 way = (float2)(0.0f, INFINITY);
-    for (int axis = 0; axis < 3; ++axis) {
-        float along = component(direction, axis);
-        float inverse = 1.0f / (fabs(along) < 1e-20f ? 1e-20f : along);
-        float middle = (component(centre, axis) - component(from, axis)) * inverse;
-        float reach = component(half_edges, axis) * fabs(inverse);
-        way = (float2)(max(way.x, middle - reach), min(way.y, middle + reach));
-    }
-    return (float2)(way.x, max(way.x, way.y));
-}
-
 // A point light as a box about `centre` sees it: from a point that is drawn in proportion to 1 / r^2 along a line through
 // the light, so that weights are bounded wherever the light is. *place: where the ray starts.
 INLINE struct LightSample lamp_of_box(__global const struct Light *lamp, float4 centre, float4 half_edges, float4 random,
     float4 *place) {
     float4 position = lamp->position;
     position.w = 0.0f;
-    float4 off = fabs(position - centre);
-    bool inside = off.x < half_edges.x && off.y < half_edges.y && off.z < half_edges.z;
+    float4 off = position - centre;
+    off.w = 0.0f;
+    // Beyond 1 from outside, about 1 on a side.
+    float4 from_sides = fabs(off) / (float4)(half_edges.xyz, 1.0f);
+    bool inside = max(max(from_sides.x, from_sides.y), from_sides.z) < 1.00001f;
+    float solid = FOUR_PI;
     float4 direction;
     if (inside) {
         float z = 1.0f - 2.0f * random.x;
         float radius = sqrt(max(1.0f - z * z, 0.0f));
         float angle = 6.28318531f * random.y;
         direction = (float4)(radius * cos(angle), radius * sin(angle), z, 0.0f);
+        // From sides, all of them inwards.
+        int4 aside = from_sides > 0.99999f;
+        direction = select(direction, copysign(direction, -off), aside);
+        solid *= (aside.x ? 0.5f : 1.0f) * (aside.y ? 0.5f : 1.0f) * (aside.z ? 0.5f : 1.0f);
     } else {
         direction = centre + half_edges * (2.0f * (float4)(random.xyz, 0.5f) - 1.0f) - position;
         direction.w = 0.0f;
@@ -153,7 +148,7 @@ INLINE struct LightSample lamp_of_box(__global const struct Light *lamp, float4 
     // 1 / r^2 times the volume of an element of solid angle and length is that element. Lines of length l inside come
     // with the density 1 / (4 pi l), those through points that are drawn evenly with (t1^3 - t0^3) / (3 V (t1 - t0)).
     float volume = 8.0f * half_edges.x * half_edges.y * half_edges.z;
-    float share = inside ? FOUR_PI * way.y / volume
+    float share = inside ? solid * way.y / volume
                          : 3.0f / max(way.x * way.x + way.x * way.y + way.y * way.y, 1e-30f);
     float4 power = lamp->power;
     light.weight = power * (share / power.w);

@@ -17,7 +17,8 @@ const DIRECTED: [&str; 4] = ["scattered", "direct", "drift", "flow"];
 impl LightData {
     /// Writes a NRRD file: per cell the fluence of all light and that of unscattered light (RGB). In media that do not
     /// scatter into all directions alike, the first is of all but unscattered light (`scattered`), and its mean direction
-    /// (flux over fluence, `drift`) and that of unscattered light (`flow`) follow. `data_hash`: of [`data_hash`](crate::render::data_hash).
+    /// (flux over fluence, `drift`) and that of unscattered light (`flow`) follow. With steps in time, all light may be less than unscattered
+    /// light: they take from it what they spread. `data_hash`: of [`data_hash`](crate::render::data_hash).
     ///
     /// # Errors
     /// [`Error::Failed`] with the path and the cause.
