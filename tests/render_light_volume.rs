@@ -4,8 +4,10 @@ mod common;
 
 use common::{Case, EPS, close, device, smooth, volume_f32};
 use std::f64::consts::PI;
+use std::path::Path;
 use svetlo::irradiance::{Directions, LightData};
 use svetlo::render::{BRICK_SHIFT, Plan, Session, announced_memory, load_volume};
+use svetlo::scene::Scene;
 
 const METHOD: &str = "[method]\nkind = \"hybrid-diffusion\"\ntermination = 0\n";
 
@@ -191,11 +193,13 @@ fn light_that_goes_all_ways_alike_is_scattered_alike() {
 #[test]
 fn memory_of_the_light_is_known_before_the_voxels() {
     for method in ["kind = \"hybrid-diffusion\"\ncoarsening = 2", "kind = \"convection-diffusion\""] {
-        let scene = common::scene(&format!(
+        let text = format!(
             "[camera]\nposition = [0, 0, -9]\ntarget = [0, 0, 0]\n[volume]\nfield = {{ kind = \"sphere\" }}\n\
              dims = [40, 30, 50]\nspacing = [1, 2, 1]\n[medium]\nsigma_max = 0.1\n[[light]]\nkind = \"directional\"\n\
              direction = [0, 0, 1]\nirradiance = 1\n[method]\n{method}\n"
-        ));
+        );
+        let loaded = svetlo::config::parse("test.toml", &text, &[]).unwrap();
+        let scene = Scene::from_loaded(&loaded, Path::new(".")).unwrap();
         let announced = announced_memory(&scene).total();
         let volume = load_volume(&scene.volume).unwrap();
         let planned = Plan::new(&scene, &volume, BRICK_SHIFT).unwrap().memory().total();

@@ -221,13 +221,12 @@ impl ScatterSolver {
         if direct.flow.is_some() {
             self.flux.write(device, 0, &vec![[0.0; 4]; self.flux.len()])?;
         }
-        for channel in 0..channels {
+        for (channel, scale) in scales.into_iter().enumerate().take(channels) {
             if channel > 0 && !self.solved {
                 // Colours differ by less than light and dark do.
                 let nearest = self.phi[channel - 1].read(device)?;
                 self.phi[channel].write(device, 0, &nearest)?;
             }
-            let scale = scales[channel];
             let factors = (self.forward, 1.0 / scale);
             self.kernels.channel(device, &self.cells, &self.source, &self.fields, factors, channel)?;
             let mut watch = |stage: Stage| {

@@ -7,6 +7,7 @@
 //! of cells that a point lies in, its light does not travel across the slab.
 
 use glam::DVec3;
+use std::f64::consts::TAU;
 
 /// Lines through a cell near a point light, per axis, and points on the way to it.
 const NEAR: usize = 6;
@@ -62,9 +63,19 @@ impl Convection {
         (0..self.extinction.len()).map(|i| self.held_share(source, i).unwrap_or(0.0)).collect()
     }
 
-    /// What a cell about a point light in the box keeps: the mean over the cell of e^−τ / r², times the centre's r², which is
-    /// no less than the R²/3 of a ball of the cell's volume.
+    /// The share of a point light's light in the box that a cell about it keeps: the mean over the cell of e^−τ / r², over
+    /// that of 1/r².
     pub fn held_share(&self, source: Source, i: usize) -> Option<f64> {
+        self.held(source, i).map(|[left, all]| left / all)
+    }
+
+    /// The squared distance from which a point light has its mean over a cell that is held.
+    pub fn held_distance2(&self, source: Source, i: usize) -> Option<f64> {
+        self.held(source, i).map(|[_, all]| 1.0 / all)
+    }
+
+    /// Means over a cell that is held of e^−τ / r² and of 1/r².
+    fn held(&self, source: Source, i: usize) -> Option<[f64; 2]> {
         let Source::Point(point) = source else { return None };
         if !self.is_held(source, i) {
             return None;
@@ -74,13 +85,14 @@ impl Convection {
         let sigma = self.extinction[i];
         let n = NEAR as f64;
         let mean_left = |depth: f64| if depth == 0.0 { 1.0 } else { -(-depth).exp_m1() / depth };
-        let (mut sum, mut count) = (0.0, 0.0);
-        for index in 0..NEAR * NEAR * NEAR * if own { 2 } else { 1 } {
+        let lines = NEAR * NEAR * NEAR * if own { 2 } else { 1 };
+        let mut sums = [0.0; 2];
+        for index in 0..lines {
             let [i, j, k] = [index / (NEAR * NEAR), index / NEAR % NEAR, index % NEAR].map(|x| x as f64);
             let [u, v, w] = [i, j, k].map(|x| (x + 0.5) / n);
             let direction = if own {
                 let height = 1.0 - (i + (j + w) / n) / n;
-                let angle = std::f64::consts::TAU * ((k + v) / n + i * 0.38196601);
+                let angle = TAU * ((k + v) / n + i * 0.38196601);
                 let radius = (1.0 - height * height).max(0.0).sqrt();
                 DVec3::new(radius * angle.cos(), radius * angle.sin(), height)
             } else {
@@ -88,15 +100,16 @@ impl Convection {
             };
             let [first, last] = self.way_in_cell(point, direction, centre);
             let length = last - first;
-            let weight =
-                if own { length } else { 3.0 / (first * first + first * last + last * last).max(1e-30) };
-            sum += weight * mean_left(sigma * length) * (-self.depth(point, direction, first)).exp();
-            count += 1.0;
+            let weight = if own {
+                2.0 * TAU * length / self.cell.element_product()
+            } else {
+                3.0 / (first * first + first * last + last * last).max(1e-30)
+            };
+            let left = mean_left(sigma * length) * (-self.depth(point, direction, first)).exp();
+            sums[0] += weight * left / lines as f64;
+            sums[1] += weight / lines as f64;
         }
-        let volume = self.cell.element_product();
-        let solid = if own { 4.0 * std::f64::consts::PI / volume } else { 1.0 };
-        let ball = (0.75 * volume / std::f64::consts::PI).cbrt();
-        Some(sum / count * solid * (centre - point).length_squared().max(ball * ball / 3.0))
+        Some(sums)
     }
 
     fn way_in_cell(&self, from: DVec3, direction: DVec3, centre: DVec3) -> [f64; 2] {
