@@ -212,11 +212,11 @@ pub struct SteadyConfig {
     /// How fluxes larger than fluences are avoided where the medium is thin.
     pub limiter: FluxLimiter,
     /// Largest residual, with the diffusivity that the limiter asks for, at which its updates stop.
-    #[schemars(range(min = 1e-6, max = 1.0))]
+    #[schemars(range(min = 1e-5, max = 1.0))]
     pub limiter_tolerance: f64,
     /// Least optical thickness (reduced) of the box's longest edge: where the medium is thinner than that, light
     /// diffuses as if it were not.
-    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
+    #[schemars(range(min = 1e-6, max = 1.0))]
     pub floor: f64,
 }
 
