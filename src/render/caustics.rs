@@ -8,7 +8,7 @@ use crate::caustics::{
     Emitter, MapSettings, PhotonTracer, Receiver, emitters, map_settings, photon_settings, receiver,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
-use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
+use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene};
 use crate::sort::CellRanges;
 use crate::surfaces::{self, Bounds, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
 use crate::{Result, device_struct};
@@ -19,6 +19,8 @@ use glam::DVec3;
 const SPLIT: f32 = 0.02;
 /// The radius of gathering over the extent of what makes caustics, where the scene does not say.
 const RADIUS: f64 = 0.01;
+/// Cells with a range of their own, over photons, at most: nearly all would be empty.
+const CELLS_PER_PHOTON: usize = 256;
 
 device_struct! {
     "types/caustics.cl",
@@ -66,7 +68,10 @@ impl CausticsSetup {
         plan.add("photons in order", photons, 32);
         // Keys and numbers, before and after, whatever sorts them.
         plan.add("keys of photons", photons, 20);
-        plan.items.extend(CellRanges::memory(self.map.table_cells, self.settings.photons as usize).items);
+        if self.map.has_cells() {
+            let ranges = CellRanges::memory(self.map.table_cells, self.settings.photons as usize);
+            plan.items.extend(ranges.items);
+        }
         plan.add("shapes", self.surfaces.shapes.len() as u64, size_of::<DeviceShape>());
         plan.add("boxes of shapes", self.surfaces.nodes.len() as u64, size_of::<DeviceNode>());
         plan
@@ -107,7 +112,8 @@ pub fn prepare(
 ) -> Result<MethodSetup> {
     let surfaces = SurfaceArrays::new(&scene.surfaces, &scene.materials, meshes, local)?;
     let lights = device_lights(&scene.lights, local, frame);
-    let map = map_settings(&settings.gather);
+    let mut map = map_settings(&settings.gather);
+    map.table_cells = map.table_cells.min(CELLS_PER_PHOTON * settings.photons as usize).max(1);
     let extent = surfaces.specular_bounds.or(surfaces.bounds).map_or(local.unit, |b| b.size().max_element());
     let radius = settings.radius.unwrap_or(RADIUS * extent) / local.unit;
     let photons = photons_wanted(scene, &settings, &surfaces);
@@ -190,7 +196,18 @@ fn notes(scene: &Scene, meshes: &Meshes, photons: bool) -> Vec<String> {
     if scene.lights.is_empty() {
         notes.push("no [[light]]: surfaces show the background alone".into());
     } else if !photons {
-        notes.push("no photons: there is nothing that makes caustics, or nothing that shows them".into());
+        notes.push(
+            "no photons: none are asked for, there is nothing that makes caustics, or nothing that shows them"
+                .into(),
+        );
+    } else if let Method::Caustics(Caustics { direct: CausticsDirect::Photons, target: None, .. }) =
+        scene.method
+    {
+        notes.push(
+            "direct light by photons comes where they are sent alone: to mirrors and glass, unless \
+             method.emission.target says otherwise"
+                .into(),
+        );
     }
     let black = matches!(scene.background, Background::Constant(color) if color == [0.0; 3]);
     if !black {
