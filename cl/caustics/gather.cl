@@ -38,6 +38,11 @@ struct Gathered {
     uint looked_at;
 };
 
+// Among eight photons of neighbouring cells one is nearly always near: going on without a look at them costs less.
+#if defined(MAP_BRUTE_FORCE) || defined(MAP_LEXICOGRAPHIC) || !defined(GATHER_LANES)
+#define MOST_ARE_FAR
+#endif
+
 // Adds the photons of [first, end).
 INLINE void gather_range(__global const float *photons, const struct MapFrame *frame, const struct Query *query,
     uint first, uint end, struct Gathered *sums) {
@@ -52,7 +57,9 @@ INLINE void gather_range(__global const float *photons, const struct MapFrame *f
             Batch above = x * query->normal.x + y * query->normal.y + z * query->normal.z;
             near &= fabs(above) <= query->thickness;
         }
+#ifdef MOST_ARE_FAR
         if (!BATCH_ANY(near)) continue;
+#endif
         BatchWords surface = BATCH_WORDS(photons, 7u * stride + i);
         if (query->medium) {
             near &= surface != 0u;

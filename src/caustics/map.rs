@@ -19,6 +19,8 @@ const SHARES: usize = 1024;
 const ARRAYS: usize = 8;
 /// Photons of which kernels look at once, at most: what arrays have behind their end.
 const BATCH: usize = 8;
+/// Photons that a loop of 65535 turns goes through.
+const LONG_LOOP: usize = 65_535 * BATCH;
 /// Most photons: their arrays' elements are numbered in 32 bits.
 const MOST_PHOTONS: usize = (1 << 29) - BATCH;
 
@@ -154,6 +156,15 @@ impl PhotonMap {
         if !(radius > 0.0 && (radius * radius).is_normal() && (1.0 / (radius * radius)).is_normal()) {
             return Err(Error::Failed(format!(
                 "photons cannot be gathered within a radius of {radius}: it must be positive, and float32 must hold its square"
+            )));
+        }
+        if self.settings.acceleration == Acceleration::BruteForce
+            && device.info().ends_long_loops()
+            && count > LONG_LOOP
+        {
+            return Err(Error::Failed(format!(
+                "{} leaves loops after 65535 turns: by brute force it can gather {LONG_LOOP} photons, not {count}",
+                device.info().name
             )));
         }
         let mut facts = MapFacts::default();

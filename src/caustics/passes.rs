@@ -2,7 +2,9 @@
 //!
 //! A pass is a function of its number and the scene alone, so a render may be cut, stopped and resumed anywhere.
 
-use super::{MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonTracer, pass_radius, photon_settings};
+use super::{
+    BouncedLedger, MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonTracer, pass_radius, photon_settings,
+};
 use crate::Result;
 use crate::device::{Arg, Device, LAUNCH_TARGET, Pacer};
 use crate::render::Plan;
@@ -54,7 +56,7 @@ pub struct Passes {
     /// Of the first passes of the picture.
     ledger: PassLedger,
     /// What the tracer has entered up to the pass before.
-    entered: PhotonLedger,
+    entered: (PhotonLedger, BouncedLedger),
     facts: PassFacts,
     /// Time to build the kernels, or to load them.
     pub build_time: Duration,
@@ -91,7 +93,7 @@ impl Passes {
             mapped: None,
             pacer: Pacer::new(LAUNCH_TARGET),
             ledger: PassLedger::default(),
-            entered: PhotonLedger::default(),
+            entered: Default::default(),
             facts: PassFacts { photons: tracer.capacity(), ..PassFacts::default() },
             tracer,
         })
@@ -99,7 +101,12 @@ impl Passes {
 
     /// Whether the map holds the photons of this pass.
     pub fn is_ready(&self, pass: u32) -> bool {
-        self.mapped == Some(pass) || self.tracer.capacity() == 0
+        self.mapped == Some(pass) || !self.has_photons()
+    }
+
+    /// Whether passes have any photons.
+    pub fn has_photons(&self) -> bool {
+        self.tracer.capacity() > 0
     }
 
     /// One launch towards the map of `pass`.
@@ -124,11 +131,12 @@ impl Passes {
         let map = self.map.build(device, self.tracer.photons(), done as usize, radius as f32)?;
         self.mapped = Some(pass);
         self.note(&map, radius);
-        let entered = self.tracer.ledger(device)?;
+        let entered = (self.tracer.ledger(device)?, self.tracer.bounced(device)?);
         // A pass that an earlier run began is there already.
         if pass >= self.ledger.passes {
-            let flux = self.ledger.flux.plus(&entered.minus(&self.entered));
-            self.ledger = PassLedger { passes: pass + 1, flux };
+            let flux = self.ledger.flux.plus(&entered.0.minus(&self.entered.0));
+            let bounced = self.ledger.bounced.plus(&entered.1.minus(&self.entered.1));
+            self.ledger = PassLedger { passes: pass + 1, flux, bounced };
         }
         self.entered = entered;
         Ok(())

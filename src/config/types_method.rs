@@ -169,10 +169,14 @@ pub enum MethodConfig {
         #[serde(default = "two_thirds")]
         #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
         alpha: f64,
-        /// Most times that light is reflected or refracted, by photons and by camera rays.
+        /// Most times that light is reflected by mirrors or glass, or refracted, by photons and by camera rays.
         #[serde(default = "sixteen")]
         #[schemars(range(min = 1, max = 1000))]
         depth: u32,
+        /// Most times that photons are reflected by diffuse surfaces; 0: as published, they end at the first. Default: 4, or
+        /// 0 with weights "paper".
+        #[schemars(range(max = 1000))]
+        bounces: Option<u32>,
         /// How the light that arrives without a mirror or glass in its way comes into the picture.
         #[serde(default)]
         direct: DirectConfig,

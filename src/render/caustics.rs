@@ -5,12 +5,13 @@ use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodSetup};
 use crate::caustics::{
-    Emitter, MapSettings, PhotonTracer, Receiver, emitters, map_settings, photon_settings, receiver,
+    Emitter, MapSettings, PhotonTracer, Receiver, diffuse_light_returns, emitters, map_settings, mean_color,
+    photon_settings, receiver,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene};
 use crate::sort::CellRanges;
-use crate::surfaces::{self, Bounds, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
+use crate::surfaces::{self, Bounds, DeviceMaterial, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
 use crate::{Result, device_struct};
 use bytemuck::Zeroable;
 use glam::DVec3;
@@ -26,6 +27,8 @@ device_struct! {
     "types/caustics.cl",
     /// Parameters of pictures of surfaces; see `cl/types/caustics.cl`.
     pub struct DeviceCaustics {
+        /// One over the mean colour of all wavelengths.
+        pub white: [f32; 4],
         /// Factor of what photons give.
         pub photon_scale: f32,
         /// Below this weight rays do not divide.
@@ -121,7 +124,9 @@ pub fn prepare(
     // What no photon can do is found here, not on the device.
     let emission = photon_settings(&settings, scene.seed).emission;
     let emitters = emitters(&scene.lights, &surfaces, local, &emission)?;
+    let [r, g, b] = mean_color().map(|mean| (1.0 / mean) as f32);
     let parameters = DeviceCaustics {
+        white: [r, g, b, 0.0],
         photon_scale: photon_scale(&emitters, settings.gather.paper_intensity),
         split: SPLIT,
         plane_count: surfaces.plane_count as u32,
@@ -131,6 +136,7 @@ pub fn prepare(
     };
     let spec = map
         .define_gather(surfaces.specialise(ProgramSpec::new("render/caustics.cl")))
+        .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
         .feature("RECTANGLES", frame.rectangle_count > 0)
         .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays);
     Ok(MethodSetup {
@@ -187,7 +193,9 @@ fn photon_scale(emitters: &[Emitter], paper_intensity: Option<f64>) -> f32 {
 /// Whether there is anything that photons would bring.
 fn photons_wanted(scene: &Scene, settings: &Caustics, surfaces: &SurfaceArrays) -> bool {
     let receives = surfaces.materials_of.iter().any(|&of| !scene.materials[of as usize].is_specular());
-    let sends = surfaces.specular_bounds.is_some() || settings.direct == CausticsDirect::Photons;
+    let sends = surfaces.specular_bounds.is_some()
+        || settings.direct == CausticsDirect::Photons
+        || settings.bounces > 0 && diffuse_light_returns(surfaces);
     settings.photons > 0 && receives && sends && !scene.lights.is_empty()
 }
 

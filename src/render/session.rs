@@ -263,7 +263,9 @@ impl Session {
                 return Ok(());
             }
             // Each sample has photons of its own.
-            most_samples = 1;
+            if passes.has_photons() {
+                most_samples = 1;
+            }
         }
         let units = self.pacer.next(u64::from(self.tiles).min(64)).min(self.launch_limit.unwrap_or(u64::MAX));
         let tiles = u64::from(self.tiles);

@@ -21,8 +21,10 @@ pub struct Caustics {
     pub radius: Option<f64>,
     /// How the radius shrinks from pass to pass, 0 < alpha ≤ 1; 1: it stays.
     pub alpha: f64,
-    /// Most times that light is reflected or refracted, ≥ 1.
+    /// Most times that light is reflected by mirrors or glass, or refracted, ≥ 1.
     pub depth: u32,
+    /// Most times that photons are reflected by diffuse surfaces.
+    pub bounces: u32,
     /// How direct light comes into the picture.
     pub direct: DirectConfig,
     /// How much light a photon carries.
@@ -62,7 +64,8 @@ pub struct Gather {
 }
 
 pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Caustics> {
-    let MethodConfig::Caustics { photons, radius, alpha, depth, direct, emission, gather } = config else {
+    let MethodConfig::Caustics { photons, radius, alpha, depth, bounces, direct, emission, gather } = config
+    else {
         return None;
     };
     let target = emission.target.as_ref().map(|target| {
@@ -85,6 +88,7 @@ pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Ca
         radius: *radius,
         alpha: *alpha,
         depth: *depth,
+        bounces: bounced(*bounces, gather, cx),
         direct: *direct,
         flux: emission.flux,
         target,
@@ -114,6 +118,24 @@ pub(super) fn refuse_curved(
             "`method.gather.acceleration = \"planar\"` needs receivers that are planes, rectangles or disks",
             format!("`surface.{index}` is diffuse and has no plane of its own"),
         );
+    }
+}
+
+/// Where the scene does not say: what they add after four is less than the noise.
+const BOUNCES: u32 = 4;
+
+fn bounced(bounces: Option<u32>, gather: &GatherConfig, cx: &mut Context<'_>) -> u32 {
+    match (bounces, gather.weights) {
+        (bounces, WeightsConfig::Normalised) => bounces.unwrap_or(BOUNCES),
+        (None | Some(0), WeightsConfig::Paper) => 0,
+        (Some(bounces), WeightsConfig::Paper) => {
+            cx.wrong(
+                "method.bounces",
+                "`method.bounces` must be 0 with `method.gather.weights = \"paper\"`",
+                "as published, photons end at the first diffuse surface",
+            );
+            bounces
+        }
     }
 }
 
