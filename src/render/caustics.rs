@@ -192,8 +192,11 @@ fn photon_scale(emitters: &[Emitter], paper_intensity: Option<f64>) -> f32 {
 
 /// Whether there is anything that photons would bring.
 fn photons_wanted(scene: &Scene, settings: &Caustics, surfaces: &SurfaceArrays) -> bool {
-    let receives = surfaces.materials_of.iter().any(|&of| !scene.materials[of as usize].is_specular());
-    let sends = surfaces.specular_bounds.is_some()
+    let any = |specular: bool| {
+        surfaces.materials_of.iter().any(|&of| scene.materials[of as usize].is_specular() == specular)
+    };
+    let (receives, turns) = (any(false), any(true));
+    let sends = turns
         || settings.direct == CausticsDirect::Photons
         || settings.bounces > 0 && diffuse_light_returns(surfaces);
     settings.photons > 0 && receives && sends && !scene.lights.is_empty()

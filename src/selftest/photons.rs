@@ -102,7 +102,7 @@ fn trace(bench: &Workbench, depth: u32) -> Result<PhotonLedger> {
          [[surface]]\nkind = \"sphere\"\ncentre = [0, 0, 0]\nradius = 1\nmaterial = \"glass\"\n\
          [[surface]]\nkind = \"plane\"\npoint = [0, 0, -2]\nnormal = [0, 0, 1]\nmaterial = \"white\"\n\
          [[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nirradiance = 1\n\
-         [method]\nkind = \"caustics\"\nphotons = {PHOTONS}\ndepth = {depth}\n\
+         [method]\nkind = \"caustics\"\nphotons = {PHOTONS}\ndepth = {depth}\nbounces = 0\n\
          emission.target = {{ centre = [0, 0, 0], edge_u = [2.2, 0, 0], edge_v = [0, 2.2, 0] }}\n"
     ))?;
     let plan = Plan::new(&scene, &data, BRICK_SHIFT)?;
@@ -126,7 +126,8 @@ fn lamp(bench: &Workbench) -> Result<Vec<Measurement>> {
          height = {extent}\n{WHITE}\
          [[surface]]\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"white\"\n\
          [[light]]\nkind = \"point\"\nposition = [0, 0, 1]\nintensity = 1\n\
-         [method]\nkind = \"caustics\"\nphotons = {PHOTONS}\nradius = {radius}\nalpha = 1\ndirect = \"photons\"\n\
+         [method]\nkind = \"caustics\"\nphotons = {PHOTONS}\nradius = {radius}\nalpha = 1\nbounces = 0\n\
+         direct = \"photons\"\n\
          emission.target = {{ centre = [0, 0, 0], edge_u = [2, 0, 0], edge_v = [0, 2, 0] }}\n"
     ))?;
     let plan = Plan::new(&scene, &data, BRICK_SHIFT)?;

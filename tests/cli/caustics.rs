@@ -90,7 +90,7 @@ fn odd_scenes_are_rendered() {
         found
     };
     assert!(lit(&["method.photons=0"]) < usual);
-    lit(&["method.photons=1"]);
+    lit(&["method.photons=1", "method.bounces=0"]);
     assert!(lit(&["method.depth=1"]) < usual);
     // Spread over far more than is seen, and within less than float32 has of a unit.
     lit(&["method.radius=1000"]);
@@ -103,9 +103,17 @@ fn odd_scenes_are_rendered() {
     lit(&["camera.position=[0,0,0.6]", "camera.target=[1,0.1,0.5]"]);
     lit(&["camera.position=[-3,0,0]", "camera.target=[0,0,0]"]);
     // A lamp in glass sends all that it has through it.
-    lit(&["light.0.position=[0,0,0.6]", "method.direct=none"]);
+    lit(&["light.0.position=[0,0,0.6]", "method.direct=none", "method.bounces=0"]);
     lit(&["light.0.position=[0.1,0.1,0.6]", "method.direct=none"]);
     lit(&["light.0.position=[0,0,1e5]", "light.0.intensity=1e10"]);
+}
+
+#[test]
+fn a_surface_of_water_without_bounds_lets_light_pass() {
+    let folder = folder();
+    let water = "surface.1={kind=\"plane\",point=[0,0,1],normal=[0,0,1],material=\"glass\"}";
+    let through = mean(&picture(&folder, &[water, "method.bounces=0", "method.radius=0.3"]), "R");
+    assert!(through > 0.0);
 }
 
 #[test]
@@ -122,7 +130,13 @@ fn a_lamp_on_a_ceiling_lights_the_room() {
                 "surface=[{{kind=\"plane\",point=[0,0,0],normal=[0,0,1],material=\"white\"}},\
                  {{kind=\"rectangle\",centre=[0.1,0.13,{height}],edge_u=[9,0,0],edge_v=[0,9.1,0],material=\"white\"}}]"
             );
-            mean(&picture(&folder, &[lamp, &ceiling, "image.filter=point", "camera.target=[0,-0.5,0]"]), "R")
+            mean(
+                &picture(
+                    &folder,
+                    &[lamp, &ceiling, "method.bounces=0", "image.filter=point", "camera.target=[0,-0.5,0]"],
+                ),
+                "R",
+            )
         };
         // The camera looks at the floor alone; a ceiling that is higher shades nothing either.
         let (flush, free) = (seen("3.1"), seen("3.3"));
