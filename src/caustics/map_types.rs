@@ -118,7 +118,7 @@ impl MapSettings {
         self.acceleration != Acceleration::BruteForce
     }
 
-    pub(super) fn has_cells(&self) -> bool {
+    pub(crate) fn has_cells(&self) -> bool {
         matches!(self.acceleration, Acceleration::Voxels | Acceleration::Planar)
     }
 }

@@ -116,6 +116,7 @@ impl Program {
     /// # Errors
     /// As [`Program::build`].
     pub fn build_probe(device: &Device, spec: &ProgramSpec, kernels: &str) -> Result<Self> {
+        let spec = (device.alter)(spec.clone());
         let mut source = spec.source()?;
         if !kernels.is_empty() {
             source = source + "#line 1 \"probe\"\n" + kernels;
@@ -123,7 +124,7 @@ impl Program {
         if device.info().can_force_inlining() {
             return Self::build_source(device, &source, &spec.options());
         }
-        let spec = spec.clone().define("INLINE", "inline");
+        let spec = spec.define("INLINE", "inline");
         Self::build_source(device, &source, &spec.options())
     }
 

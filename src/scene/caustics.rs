@@ -2,12 +2,15 @@
 
 use super::camera::direction;
 use super::context::Context;
-use super::light::LEAST_SINE;
+use super::surface::{Surface, SurfaceMaterial, SurfaceShape};
 use crate::config::types::{
     AccelerationConfig, DirectConfig, FillConfig, FluxConfig, GatherConfig, KernelConfig, MethodConfig,
     SortConfig, WeightsConfig,
 };
 use glam::DVec3;
+
+/// Edges of a target at less than a right angle (cosine of the angle) span no rectangle.
+const LARGEST_COSINE: f64 = 1e-6;
 
 /// Caustics of mirrors and glass on diffuse surfaces, by photons.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,14 +35,14 @@ pub struct Caustics {
     pub gather: Gather,
 }
 
-/// A parallelogram that photons are sent to, in scene units.
+/// A rectangle that photons are sent to, in scene units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
     /// Its middle.
     pub centre: DVec3,
     /// One edge from end to end.
     pub edge_u: DVec3,
-    /// The other edge, not parallel to `edge_u`.
+    /// The other edge, perpendicular to `edge_u`.
     pub edge_v: DVec3,
 }
 
@@ -69,11 +72,11 @@ pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Ca
         let [u, v] = [("edge_u", target.edge_u), ("edge_v", target.edge_v)]
             .map(|(key, edge)| direction(edge, &format!("method.emission.target.{key}"), cx));
         if let (Some(u), Some(v)) = (u, v)
-            && u.cross(v).length() < LEAST_SINE
+            && u.dot(v).abs() > LARGEST_COSINE
         {
             cx.wrong(
                 "method.emission.target.edge_v",
-                "`method.emission.target.edge_v` must not be parallel to `edge_u`",
+                "`method.emission.target.edge_v` must be perpendicular to `edge_u`",
                 "they span no rectangle",
             );
         }
@@ -91,6 +94,31 @@ pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Ca
         target,
         gather: gathering(gather, emission.flux, cx),
     })
+}
+
+/// Reports receivers that cells on planes could not hold.
+pub(super) fn refuse_curved(
+    config: &MethodConfig,
+    surfaces: &[Surface],
+    materials: &[SurfaceMaterial],
+    cx: &mut Context<'_>,
+) {
+    let MethodConfig::Caustics { gather, .. } = config else { return };
+    let flat = |shape: &SurfaceShape| {
+        matches!(
+            shape,
+            SurfaceShape::Plane { .. } | SurfaceShape::Rectangle { .. } | SurfaceShape::Disk { .. }
+        )
+    };
+    let receives = |surface: &Surface| materials.get(surface.material).is_some_and(|of| !of.is_specular());
+    let curved = surfaces.iter().position(|surface| receives(surface) && !flat(&surface.shape));
+    if let (AccelerationConfig::Planar, Some(index)) = (gather.acceleration, curved) {
+        cx.wrong(
+            "method.gather.acceleration",
+            "`method.gather.acceleration = \"planar\"` needs receivers that are planes, rectangles or disks",
+            format!("`surface.{index}` is diffuse and has no plane of its own"),
+        );
+    }
 }
 
 /// Where the scene does not say: what they add after four is less than the noise.
