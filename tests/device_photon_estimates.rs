@@ -1,7 +1,7 @@
 //! What photons say of irradiance: mean, variance and bias of each kernel, at edges, on curved surfaces, in a medium.
 
 mod common;
-#[path = "common/photons.rs"]
+#[path = "common/photon_maps.rs"]
 mod photons;
 
 use common::EPS;
