@@ -68,7 +68,7 @@ fn main() -> Result<()> {
 fn floor(photons: usize) -> Vec<Photon> {
     let one = |i: usize| {
         let [a, b, c] = [0, 1, 2].map(|k| uniform(philox4x32([i as u32, k, 0, 0], [11, 0])[0]));
-        let [x, y] = if i % 2 == 0 {
+        let [x, y] = if i.is_multiple_of(2) {
             [a, b]
         } else {
             let (sin, cos) = (std::f64::consts::TAU * a).sin_cos();

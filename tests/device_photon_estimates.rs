@@ -2,11 +2,11 @@
 
 mod common;
 #[path = "common/photon_maps.rs"]
-mod photon_maps;
+mod photons;
 
 use common::EPS;
 use glam::{DVec3, dvec2, dvec3};
-use photon_maps::{Gathering, Query, onto, photon};
+use photons::{Gathering, Query, onto, photon};
 use std::f64::consts::{PI, TAU};
 use svetlo::caustics::{MapSettings, Photon, Receiver, Weighting};
 use svetlo::device::{Buffer, Program, ProgramSpec};
@@ -38,7 +38,7 @@ fn unit_square() -> Gathering {
     Gathering::new(vec![Receiver::parallelogram(DVec3::ZERO, DVec3::X, DVec3::Y)])
 }
 
-fn reds(found: &[photon_maps::Found]) -> Vec<f64> {
+fn reds(found: &[photons::Found]) -> Vec<f64> {
     found.iter().map(|found| found.sums[0].into()).collect()
 }
 
