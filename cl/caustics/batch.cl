@@ -8,7 +8,7 @@ typedef int8 BatchMask;
 typedef uint8 BatchWords;
 #define BATCH_FLOATS(array, i) vload8(0, (array) + (i))
 #define BATCH_WORDS(array, i) as_uint8(vload8(0, (array) + (i)))
-#define BATCH_ANY(mask) any(mask)
+#define BATCH_ANY(mask) any_of_eight(mask)
 #define BATCH_PICK(no, yes, mask) select(no, yes, mask)
 #define BATCH_REALS(words) convert_float8(words)
 #define BATCH_LANES ((int8)(0, 1, 2, 3, 4, 5, 6, 7))
@@ -23,6 +23,15 @@ typedef uint BatchWords;
 #define BATCH_PICK(no, yes, mask) ((mask) ? (yes) : (no))
 #define BATCH_REALS(words) ((float)(words))
 #define BATCH_LANES 0
+#endif
+
+#ifdef GATHER_LANES
+// As any(), which PoCL tests element by element.
+INLINE bool any_of_eight(int8 mask) {
+    ulong4 pairs = as_ulong4(mask);
+    ulong2 both = pairs.lo | pairs.hi;
+    return (both.x | both.y) != 0;
+}
 #endif
 
 INLINE float batch_sum(Batch x) {

@@ -46,22 +46,25 @@ INLINE float within_triangle(float d, float x) {
 #endif
 }
 
-// 2 pi times the weight of the kernel in the triangle of its centre and a line at distance d, from the foot of the
-// perpendicular to x along the line.
-INLINE float beside_line(float d, float x) {
-    float across = sqrt(max(1.0f - d * d, 0.0f));
-    if (fabs(x) <= across) return within_triangle(d, x);
-    float leaves = x < 0.0f ? -across : across;
-    float circle = atan2(x, d) - atan2(leaves, d);
-    return across > 0.0f ? circle + within_triangle(d, leaves) : circle;
+// The angle at the origin between two points of a line at distance d.
+INLINE float angle_between(float d, float from, float to) {
+    return from == to ? 0.0f : atan2(d * (to - from), d * d + from * to);
 }
 
-// The share of an edge from a to b of a polygon that contains the origin, counterclockwise.
+// 2 pi times the weight of the kernel in the triangle of its centre, the origin, and an edge from a to b of a polygon around
+// it, counterclockwise. What of the edge is farther than the radius sees the whole kernel.
 INLINE float beside_edge(float2 a, float2 b) {
     float2 along = b - a;
     along *= 1.0f / sqrt(dot(along, along));
     float d = max(a.x * along.y - a.y * along.x, 1e-6f);
-    return beside_line(d, dot(b, along)) - beside_line(d, dot(a, along));
+    float from = dot(a, along);
+    float to = dot(b, along);
+    if (d >= 1.0f) return angle_between(d, from, to);
+    float across = sqrt(1.0f - d * d);
+    float enters = clamp(from, -across, across);
+    float leaves = clamp(to, -across, across);
+    return angle_between(d, from, enters) + angle_between(d, leaves, to) + within_triangle(d, leaves)
+        - within_triangle(d, enters);
 }
 
 // A parallelogram with edges (width, 0) and (slant, height), and a point `place` from its corner.

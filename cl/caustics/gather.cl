@@ -10,6 +10,7 @@
 #include "caustics/edges.cl"
 #include "caustics/packed.cl"
 #include "caustics/weights.cl"
+#include "sort/search.cl"
 #ifdef MEDIUM
 #include "common/octahedron.cl"
 #include "common/phase.cl"
@@ -71,6 +72,11 @@ INLINE Batch scattered_shares(BatchWords packed, const struct Query *query) {
 }
 #endif
 
+// Among eight photons of neighbouring cells one is nearly always near: going on without a look at them costs less.
+#if defined(MAP_BRUTE_FORCE) || defined(MAP_LEXICOGRAPHIC) || !defined(GATHER_LANES)
+#define MOST_ARE_FAR
+#endif
+
 // Adds the photons of [first, end).
 INLINE void gather_range(__global const float *photons, const struct MapFrame *frame, const struct Query *query,
     uint first, uint end, struct Gathered *sums) {
@@ -85,7 +91,9 @@ INLINE void gather_range(__global const float *photons, const struct MapFrame *f
             Batch above = x * query->normal.x + y * query->normal.y + z * query->normal.z;
             near &= fabs(above) <= query->thickness;
         }
+#ifdef MOST_ARE_FAR
         if (!BATCH_ANY(near)) continue;
+#endif
         BatchWords surface = BATCH_WORDS(photons, 7u * stride + i);
         if (query->medium) {
             near &= surface == IN_MEDIUM;
@@ -105,28 +113,22 @@ INLINE void gather_range(__global const float *photons, const struct MapFrame *f
     sums->looked_at += end - first;
 }
 
-#ifdef MAP_LEXICOGRAPHIC
-// The first of [0, count) that is not below x.
-INLINE uint first_at_least(__global const float *values, uint count, float x) {
-    uint low = 0u;
-    uint high = count;
-    while (low < high) {
-        uint middle = (low + high) >> 1;
-        bool below = values[middle] < x;
-        low = below ? middle + 1u : low;
-        high = below ? high : middle;
-    }
-    return low;
+#ifndef MAP_BRUTE_FORCE
+// The first photon in order, of those from `from` on, whose key is at least `key`.
+INLINE uint first_from(const struct PhotonMap *map, const struct MapFrame *frame, uint from, uint key) {
+    return from + sorted_first(map->keys + from, frame->count - from, key);
 }
+#endif
 
+#ifdef MAP_LEXICOGRAPHIC
 // The photons within the radius along x; all of them are looked at.
 INLINE void gather_photons(const struct PhotonMap *map, const struct MapFrame *frame, const struct Query *query,
     struct Gathered *sums) {
     float x = query->point.x;
     // Rounding of the bounds.
     float reach = sqrt(frame->scale.w) * (1.0f + 1e-6f) + 2e-7f * fabs(x);
-    uint first = first_at_least(map->photons, frame->count, x - reach);
-    uint end = first + first_at_least(map->photons + first, frame->count - first, x + reach);
+    uint first = first_from(map, frame, 0u, ordered_bits(x - reach));
+    uint end = first_from(map, frame, first, ordered_bits(x + reach));
     gather_range(map->photons, frame, query, first, end, sums);
 }
 
@@ -137,18 +139,6 @@ INLINE void gather_photons(const struct PhotonMap *map, const struct MapFrame *f
 }
 
 #else
-// The first of [low, count) whose key is not below `key`.
-INLINE uint first_of_key(__global const uint *keys, uint low, uint count, uint key) {
-    uint high = count;
-    while (low < high) {
-        uint middle = (low + high) >> 1;
-        bool below = keys[middle] < key;
-        low = below ? middle + 1u : low;
-        high = below ? high : middle;
-    }
-    return low;
-}
-
 // The photons of the cell of the point and of those around it: cells along x follow each other, so that they are one
 // range per row of cells.
 INLINE void gather_photons(const struct PhotonMap *map, const struct MapFrame *frame, const struct Query *query,
@@ -181,8 +171,8 @@ INLINE void gather_photons(const struct PhotonMap *map, const struct MapFrame *f
                     end = max(end, range.y);
                 }
             } else {
-                first = first_of_key(map->keys, behind, frame->count, key);
-                end = first_of_key(map->keys, first, frame->count, last + 1u);
+                first = first_from(map, frame, behind, key);
+                end = first_from(map, frame, first, last + 1u);
                 behind = end;
             }
             if (first < end) gather_range(map->photons, frame, query, first, end, sums);

@@ -98,7 +98,10 @@ INLINE float quartic_rise(struct Quartic whole) {
     for (int turn = 0; turn < 16 * METABALLS_DEPTH; ++turn) {
         float width = 1.0f / (float)(1u << depth);
         float start = (float)index * width;
-        struct Quartic part = quartic_part(whole, start, start + width);
+        struct Quartic part = whole;
+        if (depth > 0u) {
+            part = quartic_part(whole, start, start + width);
+        }
         int changes = 0;
         bool above = false;
         for (int i = 1; i < 5; ++i) {
@@ -126,9 +129,9 @@ INLINE float quartic_rise(struct Quartic whole) {
     return -1.0f;
 }
 
-// The field less the threshold along the ray from u to v, between which no ball is entered or left; times `sign`.
+// The field less the threshold along the ray from u to v, between which no ball is entered or left.
 INLINE struct Quartic field_quartic(__global const struct Ball *balls, uint first, uint count, float threshold,
-    float3 origin, float3 direction, float u, float v, float sign) {
+    float3 origin, float3 direction, float u, float v) {
     struct Quartic quartic;
     for (int i = 0; i < 5; ++i) {
         quartic.b[i] = 0.0f;
@@ -148,7 +151,7 @@ INLINE struct Quartic field_quartic(__global const struct Ball *balls, uint firs
         float low = a - b + c;
         float inner = a - c;
         float high = a + b + c;
-        float weight = sign * balls[i].weight;
+        float weight = balls[i].weight;
         quartic.b[0] += weight * low * low;
         quartic.b[1] += weight * low * inner;
         quartic.b[2] += weight * (low * high + 2.0f * inner * inner) / 3.0f;
@@ -156,7 +159,7 @@ INLINE struct Quartic field_quartic(__global const struct Ball *balls, uint firs
         quartic.b[4] += weight * high * high;
     }
     for (int i = 0; i < 5; ++i) {
-        quartic.b[i] -= sign * threshold;
+        quartic.b[i] -= threshold;
     }
     return quartic;
 }
@@ -197,12 +200,15 @@ INLINE float3 metaballs_normal(__global const struct Ball *balls, uint first, ui
 INLINE bool metaballs_hit(__global const struct Ball *balls, uint first, uint count, float threshold, float3 origin,
     float3 direction, float t_min, float t_max, float *t, float3 *normal) {
     float at = t_min;
-    float next = next_ball(balls, first, count, origin, direction, at, t_max);
-    struct Quartic field = field_quartic(balls, first, count, threshold, origin, direction, at, next, 1.0f);
-    bool inside = field.b[0] > 0.0f;
-    float sign = inside ? -1.0f : 1.0f;
+    float sign = 0.0f;
     for (uint part = 0; part <= 2 * count && at < t_max; ++part) {
-        field = field_quartic(balls, first, count, threshold, origin, direction, at, next, sign);
+        float next = next_ball(balls, first, count, origin, direction, at, t_max);
+        struct Quartic field = field_quartic(balls, first, count, threshold, origin, direction, at, next);
+        // Of the side on which the ray starts.
+        sign = part > 0 ? sign : (field.b[0] > 0.0f ? -1.0f : 1.0f);
+        for (int i = 0; i < 5; ++i) {
+            field.b[i] *= sign;
+        }
         float s = quartic_rise(field);
         if (s >= 0.0f) {
             float middle = 0.5f * (at + next);
@@ -214,7 +220,6 @@ INLINE bool metaballs_hit(__global const struct Ball *balls, uint first, uint co
             return true;
         }
         at = next;
-        next = next_ball(balls, first, count, origin, direction, at, t_max);
     }
     return false;
 }

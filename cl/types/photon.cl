@@ -7,11 +7,13 @@ struct Photon {
     float4 flux;     // per channel, over the square of the local unit; w, as bits: the surface + 1, or IN_MEDIUM; 0: nothing is stored
 };
 
-// Where the flux of some photons went: the mean over channels, over the square of the local unit.
+// Where the flux of some photons went: the mean over channels, over the square of the local unit. Photons that diffuse
+// surfaces reflect have accounts of their own, where what is stored is no end of a photon and stands beside the others.
 struct PhotonAccount {
-    float4 met;       // emitted, stored, met diffuse surfaces directly, absorbed
+    float4 met;       // emitted, stored, met diffuse surfaces directly (reflected ones: is of another role), absorbed
     float4 met_low;   // what `met` cannot hold
-    float4 lost;      // escaped, cut by the limit on depth, absorbed by the medium; w: scattered by it, of what is stored
+    float4 lost;      // escaped, cut by the limit on depth, absorbed by the medium (reflected ones: cut by the limit on
+                      // bounces); w: scattered by the medium, of what is stored
     float4 lost_low;
     uint photons;
     uint stored;

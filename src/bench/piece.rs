@@ -3,7 +3,7 @@
 use super::files::{Folder, read_json, write_json};
 use super::measure::measure;
 use super::pool::without_state;
-use super::results::{Checkpoint, LightRun, Repeat};
+use super::results::{Checkpoint, LightRun, PhotonRun, Repeat};
 use super::suite::{CaseSpec, Checkpoints, short_hash};
 use super::watch::Watch;
 use crate::device::{Device, DeviceInfo, sources_hash};
@@ -114,6 +114,7 @@ impl Task<'_> {
         run.checkpoints()?;
         let (measured, last) = (run.measured, run.last.map(without_state));
         let light = session.light_facts().map(LightRun::of);
+        let photons = session.pass_facts().map(PhotonRun::of);
         let repeat = |checkpoints| Repeat {
             seed: self.seed,
             build_seconds: session.build_time.as_secs_f64(),
@@ -121,6 +122,7 @@ impl Task<'_> {
             prepare_seconds: prepare.as_secs_f64(),
             warmup_seconds: warmup.as_secs_f64(),
             light,
+            photons,
             checkpoints,
         };
         let mut pieces = Vec::new();

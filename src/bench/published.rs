@@ -21,6 +21,10 @@ fn ours(case: &Case, measure: Measure) -> Option<Ours> {
         Measure::SamplesPerSecond => spread(case.summary.samples_per_second?),
         Measure::SecondsPerSample => spread(inverse(case.summary.samples_per_second?)),
         Measure::IterationsPerSecond => spread(case.summary.light_iterations_per_second?),
+        Measure::SortMilliseconds => {
+            let Spread { median, low, high, .. } = case.summary.sort_seconds?;
+            (1e3 * median, Some([1e3 * low, 1e3 * high]))
+        }
         Measure::Psnr => (last.psnr_linear_db?, None),
         Measure::Rmse => (last.rmse?.value, None),
     };

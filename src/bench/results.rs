@@ -3,6 +3,7 @@
 //! Times are in seconds, sizes in bytes, errors in the units of the pictures (linear radiance) unless they are called
 //! relative: those are shares of the reference's mean. Paths are relative to the folder of the results.
 
+use crate::caustics::PassFacts;
 use crate::irradiance::LightFacts;
 use serde::{Deserialize, Serialize};
 
@@ -179,6 +180,9 @@ pub struct Repeat {
     /// The light volume, for methods that project one: it is part of every checkpoint's time.
     #[serde(default)]
     pub light: Option<LightRun>,
+    /// The passes of photons, for caustics: they are part of every checkpoint's time.
+    #[serde(default)]
+    pub photons: Option<PhotonRun>,
     /// The states that were measured, in order.
     pub checkpoints: Vec<Checkpoint>,
 }
@@ -196,6 +200,30 @@ impl LightRun {
     /// What a session says of it.
     pub fn of(facts: &LightFacts) -> Self {
         Self { seconds: facts.seconds, iterations: facts.steps.or(facts.estimates) }
+    }
+}
+
+/// How the photons of caustics were traced and brought in order.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PhotonRun {
+    /// Photons of a pass.
+    pub photons: u32,
+    /// Time of a pass to trace them.
+    pub trace_seconds: f64,
+    /// Time of a pass to find their keys, to sort them and to find the ranges of voxels.
+    pub sort_seconds: f64,
+}
+
+impl PhotonRun {
+    /// What a session says of it.
+    pub fn of(facts: &PassFacts) -> Self {
+        let passes = f64::from(facts.passes.max(1));
+        let sorting = [facts.key_seconds, facts.sort_seconds, facts.fill_seconds, facts.order_seconds];
+        Self {
+            photons: facts.photons,
+            trace_seconds: facts.trace_seconds / passes,
+            sort_seconds: sorting.iter().sum::<f64>() / passes,
+        }
     }
 }
 
@@ -280,6 +308,12 @@ pub struct Summary {
     /// Its steps or estimates per second.
     #[serde(default)]
     pub light_iterations_per_second: Option<Spread>,
+    /// Time of a pass of photons to trace them, for caustics.
+    #[serde(default)]
+    pub trace_seconds: Option<Spread>,
+    /// Time of a pass to bring them in order.
+    #[serde(default)]
+    pub sort_seconds: Option<Spread>,
     /// Samples per pixel and second at the last checkpoint, the time of the light volume left out.
     pub samples_per_second: Option<Spread>,
     /// Look-ups per pixel and sample, at the last checkpoint.
@@ -396,6 +430,8 @@ pub enum Measure {
     SecondsPerSample,
     /// Steps or estimates of the light volume per second.
     IterationsPerSecond,
+    /// Milliseconds of a pass to bring photons in order: keys, sort, ranges of voxels.
+    SortMilliseconds,
     /// PSNR at the last checkpoint, dB.
     Psnr,
     /// RMSE at the last checkpoint.

@@ -32,6 +32,7 @@ pub fn summarise(case: &Case, measured: &[Measured<'_>], errors: &[f64]) -> Summ
     // The noise of a light volume does not fall with samples.
     let stays = case.deterministic || repeats.iter().any(|repeat| repeat.light.is_some());
     let light = || repeats.iter().filter_map(|repeat| repeat.light);
+    let photons = || repeats.iter().filter_map(|repeat| repeat.photons);
     let light_rate = |run: LightRun| Some(f64::from(run.iterations?) / run.seconds);
     let pixels = f64::from(case.width) * f64::from(case.height);
     let rate = |f: &dyn Fn(&Repeat) -> f64| over(f).map(|spread| spread.median).filter(|&value| value > 0.0);
@@ -43,6 +44,8 @@ pub fn summarise(case: &Case, measured: &[Measured<'_>], errors: &[f64]) -> Summ
         prepare: over(&|repeat| repeat.prepare_seconds),
         light: spread(light().map(|run| run.seconds)),
         light_iterations_per_second: spread(light().filter_map(light_rate)),
+        trace_seconds: spread(photons().map(|run| run.trace_seconds)),
+        sort_seconds: spread(photons().map(|run| run.sort_seconds)),
         samples_per_second: per_second,
         lookups_per_sample: rate(&|repeat| {
             let checkpoint = &repeat.checkpoints[last];

@@ -76,6 +76,7 @@ fn published(results: &Results, text: &mut String) {
             Measure::SamplesPerSecond => "samples/s",
             Measure::SecondsPerSample => "s/sample",
             Measure::IterationsPerSecond => "iterations/s",
+            Measure::SortMilliseconds => "ms",
             Measure::Psnr => "dB",
             Measure::Rmse => "RMSE",
         };

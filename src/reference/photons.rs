@@ -1,6 +1,6 @@
 //! Density estimation from photons, by the long way: every photon is looked at, every integral is a quadrature.
 
-use super::quadrature::{adaptive, gauss_legendre};
+use super::quadrature::gauss_legendre;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
@@ -90,13 +90,12 @@ fn sum(
 }
 
 /// The share of a kernel around a point that lies inside a region seen from there: `edge` is the distance at which it ends
-/// in each direction (in the plane, over the radius), `bends` the angles at which that is not smooth, in order, in [0, 2π].
-pub fn mass_inside(weight: Weight, edge: impl Fn(f64) -> f64, bends: &[f64]) -> f64 {
+/// in each direction (in the plane, over the radius). A sum over directions, whose error is below 1e-5.
+pub fn mass_inside(weight: Weight, edge: impl Fn(f64) -> f64) -> f64 {
+    const DIRECTIONS: u32 = 1 << 16;
     let rule = gauss_legendre(8);
     let within = |t: f64| rule.iter().map(|(x, share)| share * t * t * x * weight(t * x)).sum::<f64>();
-    let norm = within(1.0) * TAU;
-    let mut angles = vec![0.0];
-    angles.extend(bends.iter().copied().chain([TAU]));
-    let part = |a: f64, b: f64| adaptive(a, b, &|angle: f64| within(edge(angle).clamp(0.0, 1.0)));
-    angles.windows(2).map(|pair| part(pair[0], pair[1])).sum::<f64>() / norm
+    let angle = |k: u32| TAU * (f64::from(k) + 0.5) / f64::from(DIRECTIONS);
+    let sum: f64 = (0..DIRECTIONS).map(|k| within(edge(angle(k)).clamp(0.0, 1.0))).sum();
+    sum / f64::from(DIRECTIONS) / within(1.0)
 }

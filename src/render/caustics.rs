@@ -5,13 +5,13 @@ use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::caustics::{
-    Emitter, MapSettings, PhotonTracer, Receiver, emitters, map_settings, medium_setup, photon_settings,
-    receiver, specialise_medium,
+    Emitter, MapSettings, PhotonTracer, Receiver, diffuse_light_returns, emitters, map_settings, mean_color,
+    medium_setup, photon_settings, receiver, specialise_medium,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
-use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
+use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene};
 use crate::sort::CellRanges;
-use crate::surfaces::{self, Bounds, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
+use crate::surfaces::{self, Bounds, DeviceMaterial, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
 use crate::{Result, device_struct};
 use bytemuck::Zeroable;
 use glam::DVec3;
@@ -22,11 +22,15 @@ const SPLIT: f32 = 0.02;
 const RADIUS: f64 = 0.01;
 /// Tables of the scattering methods that the medium is read from: majorants, extinction, albedo.
 pub const MEDIUM_TABLES: usize = 3;
+/// Cells with a range of their own, over photons, at most: nearly all would be empty.
+const CELLS_PER_PHOTON: usize = 256;
 
 device_struct! {
     "types/caustics.cl",
     /// Parameters of pictures of surfaces; see `cl/types/caustics.cl`.
     pub struct DeviceCaustics {
+        /// One over the mean colour of all wavelengths.
+        pub white: [f32; 4],
         /// Factor of what photons give.
         pub photon_scale: f32,
         /// Below this weight rays do not divide.
@@ -71,10 +75,13 @@ impl CausticsSetup {
         plan.add("photons in order", photons, 32);
         // Keys and numbers, before and after, whatever sorts them.
         plan.add("keys of photons", photons, 20);
-        plan.items.extend(CellRanges::memory(self.map.table_cells, self.settings.photons as usize).items);
         for table in self.medium.iter().flat_map(|medium| &medium.tables) {
             // For photons once more.
             plan.add(table.name, table.bytes.len() as u64, 1);
+        }
+        if self.map.has_cells() {
+            let ranges = CellRanges::memory(self.map.table_cells, self.settings.photons as usize);
+            plan.items.extend(ranges.items);
         }
         plan.add("shapes", self.surfaces.shapes.len() as u64, size_of::<DeviceShape>());
         plan.add("boxes of shapes", self.surfaces.nodes.len() as u64, size_of::<DeviceNode>());
@@ -115,11 +122,14 @@ pub fn prepare(
     volume: Option<&MethodInput<'_>>,
     frame: &mut DeviceFrame,
 ) -> Result<MethodSetup> {
+    // In a volume light ends where diffuse surfaces reflect it.
+    let settings = Caustics { bounces: if volume.is_some() { 0 } else { settings.bounces }, ..settings };
     // Before the lights: those of the medium have no say.
     let medium = volume.map(|input| medium_setup(input, &settings, frame)).transpose()?;
     let surfaces = SurfaceArrays::new(&scene.surfaces, &scene.materials, meshes, local)?;
     let lights = device_lights(&scene.lights, local, frame);
-    let map = map_settings(&settings.gather);
+    let mut map = map_settings(&settings.gather);
+    map.table_cells = map.table_cells.min(CELLS_PER_PHOTON * settings.photons as usize).max(1);
     let extent = surfaces.specular_bounds.or(surfaces.bounds).map_or(local.unit, |b| b.size().max_element());
     let radius = settings.radius.unwrap_or(RADIUS * extent) / local.unit;
     let photons = photons_wanted(scene, &settings, &surfaces);
@@ -127,7 +137,9 @@ pub fn prepare(
     // What no photon can do is found here, not on the device.
     let emission = photon_settings(&settings, scene.seed).emission;
     let emitters = emitters(&scene.lights, &surfaces, local, &emission)?;
+    let [r, g, b] = mean_color().map(|mean| (1.0 / mean) as f32);
     let parameters = DeviceCaustics {
+        white: [r, g, b, 0.0],
         photon_scale: photon_scale(&emitters, settings.gather.paper_intensity),
         split: SPLIT,
         plane_count: surfaces.plane_count as u32,
@@ -137,6 +149,7 @@ pub fn prepare(
     };
     let mut spec = map
         .define_gather(surfaces.specialise(ProgramSpec::new("render/caustics.cl")))
+        .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
         .feature("RECTANGLES", frame.rectangle_count > 0)
         .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays);
     let mut tables = Vec::new();
@@ -201,9 +214,13 @@ fn photon_scale(emitters: &[Emitter], paper_intensity: Option<f64>) -> f32 {
 
 /// Whether there is anything that photons would bring.
 fn photons_wanted(scene: &Scene, settings: &Caustics, surfaces: &SurfaceArrays) -> bool {
-    let receives = scene.volume.is_some()
-        || surfaces.materials_of.iter().any(|&of| !scene.materials[of as usize].is_specular());
-    let sends = surfaces.specular_bounds.is_some() || settings.direct == CausticsDirect::Photons;
+    let any = |specular: bool| {
+        surfaces.materials_of.iter().any(|&of| scene.materials[of as usize].is_specular() == specular)
+    };
+    let (receives, turns) = (any(false) || scene.volume.is_some(), any(true));
+    let sends = turns
+        || settings.direct == CausticsDirect::Photons
+        || settings.bounces > 0 && diffuse_light_returns(surfaces);
     settings.photons > 0 && receives && sends && !scene.lights.is_empty()
 }
 
@@ -212,7 +229,21 @@ fn notes(scene: &Scene, meshes: &Meshes, photons: bool) -> Vec<String> {
     if scene.lights.is_empty() {
         notes.push("no [[light]]: surfaces show the background alone".into());
     } else if !photons {
-        notes.push("no photons: there is nothing that makes caustics, or nothing that shows them".into());
+        notes.push(
+            "no photons: none are asked for, there is nothing that makes caustics, or nothing that shows them"
+                .into(),
+        );
+    } else if let Method::Caustics(Caustics { direct: CausticsDirect::Photons, target: None, .. }) =
+        scene.method
+    {
+        notes.push(
+            "direct light by photons comes where they are sent alone: to mirrors and glass, unless \
+             method.emission.target says otherwise"
+                .into(),
+        );
+    }
+    if let (Some(_), Method::Caustics(Caustics { bounces: 1.., .. })) = (&scene.volume, &scene.method) {
+        notes.push("in a volume, light between diffuse surfaces is left out: method.bounces is not used".into());
     }
     let black = matches!(scene.background, Background::Constant(color) if color == [0.0; 3]);
     if !black {

@@ -291,3 +291,72 @@ fn device_material(material: &SurfaceMaterial, unit: f64) -> DeviceMaterial {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRAME: LocalFrame =
+        LocalFrame { origin: DVec3::new(10.0, 0.0, 0.0), unit: 0.5, dims: [8; 3], spacing: DVec3::ONE };
+    const CHALK: SurfaceMaterial = SurfaceMaterial::Diffuse { color: [0.8, 0.7, 0.6] };
+    const SILVER: SurfaceMaterial = SurfaceMaterial::Mirror { color: [0.9; 3] };
+    const GLASS: SurfaceMaterial =
+        SurfaceMaterial::Dielectric { cauchy: [1.5, 0.004, 0.0001], absorption: [2.0, 0.0, 4.0] };
+
+    fn sphere(x: f64, radius: f64, material: usize) -> Surface {
+        Surface { shape: SurfaceShape::Sphere { centre: DVec3::X * x, radius }, material }
+    }
+
+    fn arrays(surfaces: &[Surface]) -> Result<SurfaceArrays> {
+        let materials = [CHALK, SILVER, GLASS];
+        SurfaceArrays::new(surfaces, &materials, &crate::surfaces::load(surfaces, &materials)?, &FRAME)
+    }
+
+    #[test]
+    fn planes_come_first_and_materials_by_surface() {
+        let shape = SurfaceShape::Plane { point: DVec3::new(10.0, 3.0, 0.0), normal: DVec3::Y };
+        let floor = Surface { shape, material: 0 };
+        let found =
+            arrays(&[sphere(12.0, 1.0, 2), floor, sphere(20.0, 2.0, 0), sphere(30.0, 2.0, 1)]).unwrap();
+        assert_eq!((found.plane_count, found.shapes[0].kind, found.shapes[0].surface), (1, kind::PLANE, 1));
+        assert_eq!(found.shapes[0].b, [0.0, 1.0, 0.0, 6.0]);
+        assert_eq!(found.materials_of, [2, 0, 0, 1]);
+        // One leaf, after the plane.
+        assert_eq!(
+            (found.nodes.len(), found.nodes[0].low[3].to_bits(), found.nodes[0].high[3].to_bits()),
+            (1, 1, 3)
+        );
+        let bounds = |low: f64, high: f64, r: f64| {
+            Some(Bounds { low: DVec3::new(low, -r, -r), high: DVec3::new(high, r, r) })
+        };
+        assert_eq!((found.bounds, found.specular_bounds), (bounds(11.0, 32.0, 2.0), bounds(11.0, 32.0, 2.0)));
+        let diffuse = arrays(&[sphere(20.0, 2.0, 0)]).unwrap();
+        assert_eq!((diffuse.bounds, diffuse.specular_bounds), (bounds(18.0, 22.0, 2.0), None));
+        let spec = found.specialise(ProgramSpec::new("surfaces/intersect.cl"));
+        let names: Vec<_> = spec.defines.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["SHAPE_PLANE", "SHAPE_SPHERE"]);
+    }
+
+    #[test]
+    fn materials_in_local_units() {
+        let [chalk, silver, glass] = arrays(&[]).unwrap().materials[..] else { panic!("three") };
+        assert_eq!((chalk.kind, chalk.color), (0, [0.8, 0.7, 0.6, 0.0]));
+        assert_eq!((silver.kind, silver.color), (1, [0.9, 0.9, 0.9, 0.0]));
+        assert_eq!((glass.kind, glass.absorption), (2, [1.0, 0.0, 2.0, 0.0]));
+        // 1.5 + 0.004 / 0.34523 + 0.0001 / 0.11918.
+        assert_eq!(glass.cauchy[..3], [1.5, 0.004, 0.0001]);
+        assert!((glass.cauchy[3] - 1.512_425_5).abs() < 1e-6, "{}", glass.cauchy[3]);
+    }
+
+    #[test]
+    fn what_float32_cannot_hold_is_an_error() {
+        for (x, radius) in [(1e39, 1.0), (12.0, 1e-39), (12.0, 1e39)] {
+            let error = arrays(&[sphere(12.0, 1.0, 0), sphere(x, radius, 0)]).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            assert!(
+                error.to_string().starts_with("`surface.1` is too large, too small or too far"),
+                "{error}"
+            );
+        }
+    }
+}

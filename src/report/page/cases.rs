@@ -95,6 +95,10 @@ fn facts(case: &Case) -> Markup {
         });
         format!("computed in {}{rate}; its time counts", numbers::seconds(light.median))
     });
+    let photons = case.summary.trace_seconds.zip(case.summary.sort_seconds).map(|(trace, sort)| {
+        let [trace, sort] = [trace, sort].map(|time| numbers::seconds(time.median));
+        format!("a pass takes {trace} to trace them and {sort} to bring them in order; both count")
+    });
     html! {
         dl.facts {
             (fact("Scene", &scene))
@@ -103,6 +107,7 @@ fn facts(case: &Case) -> Markup {
             (fact("Reference", &reference(&case.reference)))
             (fact("Beforehand", &html! { (beforehand) }))
             @if let Some(light) = light { (fact("Light volume", &html! { (light) })) }
+            @if let Some(photons) = photons { (fact("Photons", &html! { (photons) })) }
         }
     }
 }

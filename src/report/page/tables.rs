@@ -152,6 +152,7 @@ fn published_row(view: &View<'_>, entry: &Published) -> Markup {
         Measure::SamplesPerSecond => "samples/s",
         Measure::SecondsPerSample => "s/sample",
         Measure::IterationsPerSecond => "iterations/s",
+        Measure::SortMilliseconds => "ms",
         Measure::Psnr => "dB",
         Measure::Rmse => "linear radiance",
     };

@@ -57,6 +57,7 @@ pub fn case(name: &str, group: &str, per_sample: f64, noise: f64) -> Case {
         prepare_seconds: 0.1,
         warmup_seconds: 0.05,
         light: None,
+        photons: None,
         checkpoints: samples.iter().map(|&n| checkpoint(n, per_sample * n as f64, error(n))).collect(),
     };
     let point = |n: u64| Point {
@@ -114,6 +115,8 @@ pub fn case(name: &str, group: &str, per_sample: f64, noise: f64) -> Case {
             prepare: Some(spread(0.1)),
             light: None,
             light_iterations_per_second: None,
+            trace_seconds: None,
+            sort_seconds: None,
             samples_per_second: Some(Spread { median: 1.0 / per_sample, ..spread(1.0 / per_sample) }),
             lookups_per_sample: Some(7.5),
             lookups_per_second: Some(2e6),
