@@ -146,7 +146,7 @@ fn steady(setting: &Setting, row: &str, lights: &[Light], chromatic: bool) -> Re
 fn spreading(setting: &Setting, copied: f64) -> Result<()> {
     let Setting { device, grid, cells, .. } = setting;
     let fluence = Buffer::from_slice(device, &vec![[1.0_f32; 4]; grid.cells()])?;
-    let direct = DirectLight { fluence, reduced: None, flow: None };
+    let direct = DirectLight { fluence, reduced: None, flow: None, extent: None };
     let mut spreading = Spreading::new(device, grid, cells, 1.0 / 6.0)?;
     let times = Times::of(RUNS, || timed(device, || spreading.advance(device, &direct, STEPS)))?;
     tell(setting, "spreading", &times, SPREAD_BYTES, copied);

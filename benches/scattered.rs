@@ -70,7 +70,8 @@ fn solves(
     let medium = LitMedium::new(device, &plan, &plan.method)?;
     let grid = LightGrid::new(&plan.local, 1);
     let light: Vec<[f32; 4]> = (0..cells.pow(3)).map(|i| [(-9.0 * centre(i).z).exp() as f32; 4]).collect();
-    let direct = DirectLight { fluence: Buffer::from_slice(device, &light)?, reduced: None, flow: None };
+    let direct =
+        DirectLight { fluence: Buffer::from_slice(device, &light)?, reduced: None, flow: None, extent: None };
     let mut classical = Vec::new();
     for limiter in [Limiter::None, Limiter::LevermorePomraning] {
         let settings = ScatterSettings { limiter, ..ScatterSettings::new(Method::Multigrid) };

@@ -28,7 +28,7 @@ fn contrast_of_a_million_and_albedo_0_and_1_are_solved() {
         for method in [Method::ConjugateGradients, MULTIGRID] {
             let settings = Settings { floor: 1e-12, ..Settings::new(method) };
             let solved = medium.solve(&source, &settings);
-            assert_eq!(solved.outcome.limited_cells, 0);
+            assert_eq!(solved.outcome.floor_cells, 0);
             let balance = medium.twin().balance(&solved.phi);
             let power = (1.0 + 1e-6) * 0.05_f64.powi(3);
             // What is demanded of the imbalance, and float32 φ.
@@ -50,7 +50,7 @@ fn vacuum_is_limited_and_counted() {
     for floor in [1e-2, 0.5] {
         let settings = Settings { floor, ..Settings::new(MULTIGRID) };
         let solved = medium.solve(&source, &settings);
-        assert_eq!(solved.outcome.limited_cells, 2048);
+        assert_eq!(solved.outcome.floor_cells, 2048);
         let limit = (1.0 / (3.0 * floor)) as f32;
         let diffusivity = medium.diffusivity.iter().map(|d| d.min(limit)).collect();
         let limited = Medium { diffusivity, ..Medium::cube(16, |_| 20.0) };

@@ -96,7 +96,7 @@ fn a_ramp_attenuates_as_its_closed_form_tells() {
         ([9, 11, 40], 2, 0.2, LAMP),
         ([13, 10, 64], 4, 0.1, SUN),
         ([1, 1, 64], 1, 0.3, LAMP),
-        ([1, 12, 20], 1, 1.0, SUN),
+        ([1, 12, 20], 1, 0.45, SUN),
     ] {
         let medium = format!("sigma_max = {sigma}\nextinction_color = {color:?}");
         let (case, ramp) = Ramp::case(dims, &medium, [1.0; 2], light);
@@ -113,6 +113,36 @@ fn a_ramp_attenuates_as_its_closed_form_tells() {
         });
         agrees(&format!("{dims:?} by {coarsening}"), &run, &exact);
         assert!(run.cost.lookups > 0 && run.error < 0.01, "{:?} {}", run.cost, run.error);
+    }
+}
+
+/// Power is neither made nor lost where a medium begins within cells that are thick.
+#[test]
+fn what_cells_take_is_what_the_light_loses_at_interfaces_too() {
+    let light = "[[light]]\nkind = \"directional\"\ndirection = [0, 0, 1]\nirradiance = 1\n";
+    let points = "{ value = 0, opacity = 0 }, { value = 1, opacity = 1 }";
+    for sigma in [2.0, 10.0, 50.0] {
+        let values = (0..6 * 6 * 8).map(|i| if i / 36 < 4 { 0.0 } else { 1.0 });
+        let text = text(&format!("sigma_max = {sigma}"), points, light);
+        let case = Case::new(&text, volume_f32([6, 6, 8], values));
+        let run = How::passes(1024).run(&case);
+        // The volume averages of the cells, from two points per voxel: linear between centres, so they are exact.
+        let field = case.field();
+        let mean = |p: DVec3| {
+            let at = |z: f64| sigma * field.value(DVec3::new(p.x, p.y, p.z + z));
+            0.5 * (at(-0.25) + at(0.25))
+        };
+        let (mut found, mut variance) = (0.0, 0.0);
+        for (cell, &p) in run.fluence.iter().zip(&run.centres) {
+            found += mean(p) * f64::from(cell[0]) / 36.0;
+            variance += mean(p).powi(2) * f64::from(cell[3]) / 36.0_f64.powi(2);
+        }
+        println!("sigma {sigma}: {found:.4} ± {:.4}", variance.sqrt());
+        // All of it is taken but e^{-4 sigma}. The empty cell next to the medium has a mean of an eighth of it: below
+        // half a mean free path, its centre stands for it, and is at most a quarter of that too bright.
+        let exact = -f64::exp_m1(-4.0 * sigma);
+        let edge = if sigma < 4.0 { 0.125 * sigma * 0.25 * 0.125 * sigma } else { 0.0 };
+        assert!((found - exact).abs() < 0.01 + edge + 5.0 * variance.sqrt(), "{sigma}: {found} of {exact}");
     }
 }
 

@@ -17,7 +17,12 @@ const STEPPED: f64 = 24.0 * EPS;
 
 fn direct(device: &Device, fluence: &[[f64; 3]]) -> DirectLight {
     let rgbw: Vec<[f32; 4]> = fluence.iter().map(|&[r, g, b]| [r, g, b, 0.5].map(|v| v as f32)).collect();
-    DirectLight { fluence: Buffer::from_slice(device, &rgbw).unwrap(), reduced: None, flow: None }
+    DirectLight {
+        fluence: Buffer::from_slice(device, &rgbw).unwrap(),
+        reduced: None,
+        flow: None,
+        extent: None,
+    }
 }
 
 /// All light, direct and scattered, after some steps, per channel.

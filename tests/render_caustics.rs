@@ -130,6 +130,26 @@ fn in_a_uniform_background_glass_cannot_be_seen() {
 }
 
 #[test]
+fn colours_that_glass_parted_are_white_together() {
+    // A ball of strongly dispersing glass: each sample sees it in the colour of one wavelength, and their mean is white.
+    let text = format!(
+        "{}[[material]]\nname = \"flint\"\nkind = \"dielectric\"\ndispersion = {{ a = 1.5, b = 0.02 }}\n\
+         [[surface]]\nkind = \"sphere\"\ncentre = [0, 0, -2]\nradius = 0.9\nmaterial = \"flint\"\n\
+         [background]\ncolor = [1, 2, 4]\n[method]\nkind = \"caustics\"\ndepth = 100\n",
+        from_above(8, 1.0, "point")
+    );
+    let (film, _) = Case::new(&text).render(256);
+    for pixel in &film {
+        let (mean, variance) = (pixel.mean(), pixel.variance().unwrap());
+        for (c, expected) in [1.0, 2.0, 4.0].into_iter().enumerate() {
+            assert!(variance[c] > 0.0, "the colours are parted");
+            // The wavelengths are spread more evenly than by chance.
+            close("white", mean[c], expected, 5.0 * (variance[c] / 256.0).sqrt());
+        }
+    }
+}
+
+#[test]
 fn a_mirror_shows_the_background_in_its_colour() {
     let text = format!(
         "{}{FLOOR}\"mirror\"\n[background]\ncolor = [1, 2, 4]\n[method]\nkind = \"caustics\"\n",

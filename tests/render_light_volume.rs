@@ -4,8 +4,10 @@ mod common;
 
 use common::{Case, EPS, close, device, smooth, volume_f32};
 use std::f64::consts::PI;
+use std::path::Path;
 use svetlo::irradiance::{Directions, LightData};
-use svetlo::render::Session;
+use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session, announced_memory};
+use svetlo::scene::Scene;
 
 const METHOD: &str = "[method]\nkind = \"hybrid-diffusion\"\ntermination = 0\n";
 
@@ -186,4 +188,22 @@ fn light_that_goes_all_ways_alike_is_scattered_alike() {
     let all = [4.0 * PI as f32; 3];
     let light = LightData { dims: [8; 3], fluence: vec![[0.0; 3]; 512], direct: vec![all; 512], directions };
     close("radiance", seen(&case, &light)[0], -f64::exp_m1(-2.0), rounding(1.0));
+}
+
+#[test]
+fn memory_of_the_light_is_known_before_the_voxels() {
+    for method in ["kind = \"hybrid-diffusion\"\ncoarsening = 2", "kind = \"convection-diffusion\""] {
+        let text = format!(
+            "[camera]\nposition = [0, 0, -9]\ntarget = [0, 0, 0]\n[volume]\nfield = {{ kind = \"sphere\" }}\n\
+             dims = [40, 30, 50]\nspacing = [1, 2, 1]\n[medium]\nsigma_max = 0.1\n[[light]]\nkind = \"directional\"\n\
+             direction = [0, 0, 1]\nirradiance = 1\n[method]\n{method}\n"
+        );
+        let loaded = svetlo::config::parse("test.toml", &text, &[]).unwrap();
+        let scene = Scene::from_loaded(&loaded, Path::new(".")).unwrap();
+        let announced = announced_memory(&scene).total();
+        let volume = SceneData::load(&scene).unwrap();
+        let planned = Plan::new(&scene, &volume, BRICK_SHIFT).unwrap().memory().total();
+        println!("{method}: announced {announced} of {planned}");
+        assert!(announced <= planned && announced > planned - planned / 10);
+    }
 }

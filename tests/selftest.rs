@@ -35,7 +35,7 @@ fn only(name: &str) -> [&'static Check; 1] {
 type Alter = fn(ProgramSpec) -> ProgramSpec;
 
 /// Kernels that go wrong as devices do: the check that finds it, and what stands in the kernels instead of what.
-const FAULTS: [(&str, Alter); 18] = [
+const FAULTS: [(&str, Alter); 23] = [
     // One round too few; an odd constant; the wrong logarithm.
     ("random", |spec| match spec.entry {
         "common/exponential.cl" => spec,
@@ -65,6 +65,30 @@ const FAULTS: [(&str, Alter); 18] = [
         spec.patch("(sigma - f->minorant) * inverse;", "0.9f * (sigma - f->minorant) * inverse;")
     }),
     ("diffusion", |spec| spec.patch("2.0f * a * b / (a + b)", "0.5f * (a + b)")),
+    // Numbers that stay behind when keys move; ranges that end too soon.
+    ("sort", |spec| match spec.entry {
+        "sort/radix_items.cl" | "sort/radix_groups.cl" => {
+            spec.patch("indices[at] = pair.y", "indices[at] = at")
+        }
+        _ => spec,
+    }),
+    ("sort", |spec| match spec.entry {
+        "sort/ranges.cl" => spec.patch("+ 1] = i + 1;", "+ 1] = i;"),
+        _ => spec,
+    }),
+    // Glass that reflects too rarely, flux that gets lost, the weights of another kernel.
+    ("caustics", |spec| match spec.entry {
+        "caustics/photons.cl" => spec.patch("u >= at.reflectance", "u >= 0.5f * at.reflectance"),
+        _ => spec,
+    }),
+    ("caustics", |spec| match spec.entry {
+        "caustics/photons.cl" => spec.patch("fate->met.y = flux;", "fate->met.y = 0.999f * flux;"),
+        _ => spec,
+    }),
+    ("caustics", |spec| match spec.entry {
+        "render/caustics.cl" => spec.patch("return 1.0f - sqrt(t2);", "return 1.0f - t2;"),
+        _ => spec,
+    }),
     // Random numbers that count from the launch.
     ("launches", |spec| match spec.entry {
         "render/scattering.cl" => spec,

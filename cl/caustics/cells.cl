@@ -26,17 +26,17 @@ INLINE float3 cell_space(__global const struct Receiver *receivers, float3 posit
 #endif
 }
 
-// Numbers of the cell of a place, which may lie outside: then as many as 2 beyond the cells. With MAP_PLANAR z is the
+// Numbers of the cell of a place, which may lie outside: then as many as `margin` beyond the cells. With MAP_PLANAR z is the
 // number of the plane.
 INLINE int3 cell_of(struct MapFrame frame, __global const struct Receiver *receivers, float3 position, uint surface) {
     float3 place = cell_space(receivers, position, surface);
     float scale = frame.low.w;
-    float x = clamp((place.x - frame.low.x) * scale, -2.0f, (float)frame.nx + 1.0f);
-    float y = clamp((place.y - frame.low.y) * scale, -2.0f, (float)frame.ny + 1.0f);
+    float x = clamp((place.x - frame.low.x) * scale, -frame.margin, (float)frame.nx - 1.0f + frame.margin);
+    float y = clamp((place.y - frame.low.y) * scale, -frame.margin, (float)frame.ny - 1.0f + frame.margin);
 #ifdef MAP_PLANAR
     return (int3)((int)floor(x), (int)floor(y), (int)receivers[surface].plane);
 #else
-    float z = clamp((place.z - frame.low.z) * scale, -2.0f, (float)frame.nz + 1.0f);
+    float z = clamp((place.z - frame.low.z) * scale, -frame.margin, (float)frame.nz - 1.0f + frame.margin);
     return (int3)((int)floor(x), (int)floor(y), (int)floor(z));
 #endif
 }

@@ -169,14 +169,40 @@ INLINE void emit_from_rectangle(__global const struct Emitter *emitter, struct F
     }
 }
 
-// Photon `index` of a pass.
-INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global const struct Emitter *emitters,
-    const struct Surfaces *surfaces, uint index, uint pass) {
+// The emitter of photon `index`.
+INLINE __global const struct Emitter *emitter_of(__global const struct PhotonFrame *frame,
+    __global const struct Emitter *emitters, uint index) {
     uint which = 0;
     while (which + 1 < frame->emitters && index >= emitters[which + 1].first) {
         ++which;
     }
-    __global const struct Emitter *emitter = emitters + which;
+    return emitters + which;
+}
+
+// Whether a photon that may go anywhere goes through the target all the same: others are sent there.
+INLINE bool crosses_target(__global const struct Emitter *emitter, const struct Flight *flight) {
+    float3 u = emitter->edge_u.xyz;
+    float3 v = emitter->edge_v.xyz;
+    float3 normal = emitter->normal.xyz;
+    float approach = dot(flight->direction, normal);
+    if (emitter->way == EMIT_SPHERE) {
+        float3 corner = emitter->corner.xyz;
+        float3 to = corner.z / approach * flight->direction;
+        float2 at = (float2)(dot(to, u), dot(to, v)) - corner.xy;
+        return corner.z * approach > 0.0f && at.x >= 0.0f && at.y >= 0.0f && at.x < emitter->edge_u.w
+            && at.y < emitter->edge_v.w;
+    }
+    float3 corner = emitter->corner.xyz - flight->origin;
+    float height = dot(corner, normal);
+    float3 to = height / approach * flight->direction - corner;
+    float2 at = (float2)(dot(to, u) / dot(u, u), dot(to, v) / dot(v, v));
+    return height * approach > 0.0f && at.x >= 0.0f && at.y >= 0.0f && at.x < 1.0f && at.y < 1.0f;
+}
+
+// Photon `index` of a pass.
+INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global const struct Emitter *emitters,
+    const struct Surfaces *surfaces, uint index, uint pass) {
+    __global const struct Emitter *emitter = emitter_of(frame, emitters, index);
     struct Flight flight;
     uint2 seed = (uint2)(frame->seed_low, frame->seed_high);
     flight.place = pass_place(seed, pass);

@@ -61,6 +61,10 @@ INLINE void turn_photon(const struct Surfaces *surfaces, const struct Hit *hit, 
     flight->origin = surface_offset(hit, direction);
 }
 
+INLINE bool is_dark(const struct Flight *flight) {
+    return flight->flux.x == 0.0f && flight->flux.y == 0.0f && flight->flux.z == 0.0f;
+}
+
 INLINE struct Photon no_photon(void) {
     struct Photon photon;
     photon.position = (float4)(0.0f);
@@ -77,7 +81,7 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
     fate->lost = (float4)(0.0f);
     fate->stored = false;
     // Such as a rectangular light sends behind it.
-    if (flight->flux.x == 0.0f && flight->flux.y == 0.0f && flight->flux.z == 0.0f) {
+    if (is_dark(flight)) {
         return photon;
     }
     for (uint turns = 0;; ++turns) {
@@ -121,6 +125,19 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
     }
 }
 
+// Photon `index` of a pass as it leaves its light, and its wavelength, 0 where none matters.
+INLINE struct Flight depart(__global const struct PhotonFrame *frame, __global const struct Emitter *emitters,
+    const struct Surfaces *surfaces, uint index, uint pass, float *wavelength) {
+    struct Flight flight = emit(frame, emitters, surfaces, index, pass);
+    *wavelength = 0.0f;
+#ifdef DISPERSION
+    float u = lattice_number(flight.cell, LATTICE_WAVELENGTH, flight.place.z);
+    *wavelength = mix(SHORTEST_WAVELENGTH, LONGEST_WAVELENGTH, u);
+    flight.flux *= color_of(1000.0f * *wavelength) * frame->white.xyz;
+#endif
+    return flight;
+}
+
 INLINE void settle(__global struct PhotonAccount *account, const struct Fate *fate) {
     float4 high = account->met;
     float4 low = account->met_low;
@@ -150,13 +167,8 @@ __kernel void photons_trace(__global const struct PhotonFrame *frame, __global c
     uint index = first + item;
     struct Surfaces surfaces = {
         shapes, frame->plane_count, nodes, frame->node_count, balls, normals, materials_of, materials};
-    struct Flight flight = emit(frame, emitters, &surfaces, index, pass);
-    float wavelength = 0.0f;
-#ifdef DISPERSION
-    float u = lattice_number(flight.cell, LATTICE_WAVELENGTH, flight.place.z);
-    wavelength = mix(SHORTEST_WAVELENGTH, LONGEST_WAVELENGTH, u);
-    flight.flux *= color_of(1000.0f * wavelength) * frame->white.xyz;
-#endif
+    float wavelength;
+    struct Flight flight = depart(frame, emitters, &surfaces, index, pass, &wavelength);
     struct Fate fate;
     photons[index] = follow(frame, &surfaces, &flight, wavelength, index, pass, &fate);
     settle(&accounts[index % account_count], &fate);

@@ -14,6 +14,7 @@
 #define RNG_PHOTON 6u // with the turn of the photon as the block
 #define RNG_PHOTON_SHIFT 7u // with the pass in place of the photon
 #define RNG_PHOTON_PASS 8u
+#define RNG_WAVELENGTH 10u
 #define RNG_SURFACES 9u // rays among surfaces, with the draw in the upper 24 bits
 #define RNG_PATH 2u // with the path's number in the upper 24 bits (see stream.cl)
 

@@ -22,7 +22,7 @@ struct Stream {
     float x; // u / h per axis
     float y;
     float z;
-    bool held; // whether the cell has the light's own value
+    bool held; // whether the cell has the light that convection_hold gives it
 };
 
 // From the light to the cell's centre, in cells, along an axis.
@@ -61,6 +61,102 @@ INLINE struct Stream stream_at(__constant struct LightGrid *grid, __constant str
     stream.y = light->place.y / grid->cell.y;
     stream.z = light->place.z / grid->cell.z;
     return stream;
+}
+
+// Lines through a cell near a point light: NEAR_POINTS cubed of them, or about twice as many directions from the light in
+// its own cell. What lies before the cell is taken at NEAR_STEPS points.
+#define NEAR_POINTS 6
+#define NEAR_STEPS 16
+
+// (1 - e^-depth) / depth.
+INLINE REAL mean_left(REAL depth) {
+    REAL near = 1.0f - 0.5f * depth + (1.0f / 6.0f) * depth * depth;
+    return depth < 0.01f ? near : (1.0f - exp(-depth)) / max(depth, 1e-30f);
+}
+
+// What is left of light after a way from `from`, lengths in local units.
+INLINE REAL left_after(__global const float4 *scattering, __global const float4 *absorption,
+    __constant struct LightGrid *grid, float counted, float4 from, float4 direction, float way) {
+    float step = way * (1.0f / NEAR_STEPS);
+    float4 sum = (float4)(0.0f);
+    for (int k = 0; k < NEAR_STEPS; ++k) {
+        float4 place = (from + ((float)k + 0.5f) * step * direction) / (float4)(grid->cell.xyz, 1.0f);
+        int4 cell = clamp(convert_int4(floor(place)), (int4)(0), max(grid->dims - 1, 0));
+        long i = plain_at(grid, cell.x, cell.y, cell.z);
+        sum += counted * scattering[i] + absorption[i];
+    }
+    return exp(-step * CHANNELS(sum));
+}
+
+// The cell of a point light and its place, as lines through the cell see them.
+struct NearCell {
+    float4 from;
+    float4 centre;
+    float4 half_edges;
+    bool inside;
+};
+
+INLINE struct NearCell near_cell(float4 place, int4 source, float4 edge, int x, int y, int z) {
+    struct NearCell near;
+    near.from = place * edge;
+    near.from.w = 0.0f;
+    near.half_edges = 0.5f * edge;
+    near.centre = ((float4)((float)x, (float)y, (float)z, 0.0f) + 0.5f) * edge;
+    near.centre.w = 0.0f;
+    near.inside = x == source.x && y == source.y && z == source.z;
+    return near;
+}
+
+INLINE int near_lines(const struct NearCell *near) {
+    return (near->inside ? 2 : 1) * NEAR_POINTS * NEAR_POINTS * NEAR_POINTS;
+}
+
+// One of the lines: where it is in the cell; returns its weight, of which the mean is that of 1 / r^2.
+INLINE float near_line(const struct NearCell *near, int index, float4 *direction, float2 *way) {
+    int i = index / (NEAR_POINTS * NEAR_POINTS);
+    int j = index / NEAR_POINTS % NEAR_POINTS;
+    int k = index % NEAR_POINTS;
+    float4 u = ((float4)((float)i, (float)j, (float)k, 0.0f) + 0.5f) * (1.0f / NEAR_POINTS);
+    float4 along = near->centre + near->half_edges * (2.0f * u - 1.0f) - near->from;
+    if (near->inside) {
+        // A lattice of latitudes, all different, and longitudes.
+        float height = 1.0f - ((float)i + ((float)j + u.z) * (1.0f / NEAR_POINTS)) * (1.0f / NEAR_POINTS);
+        float radius = sqrt(max(1.0f - height * height, 0.0f));
+        float angle = 6.28318531f * (((float)k + u.y) * (1.0f / NEAR_POINTS) + (float)i * 0.38196601f);
+        along = (float4)(radius * cos(angle), radius * sin(angle), height, 0.0f);
+    }
+    along.w = 0.0f;
+    *direction = along / sqrt(max(dot(along, along), 1e-30f));
+    float2 reach = way_in_box(near->from, *direction, near->centre, near->half_edges);
+    *way = reach;
+    // As in lamp_of_box of direct_rays.cl.
+    float4 h = near->half_edges;
+    return near->inside ? (reach.y - reach.x) * (1.57079633f / (h.x * h.y * h.z))
+                        : 3.0f / max(reach.x * reach.x + reach.x * reach.y + reach.y * reach.y, 1e-30f);
+}
+
+// The cells that are held about a point light get the share of its light that is left, the mean over the cell: what they
+// take adds up to no more than the light sends.
+__kernel void convection_hold(__global REAL *shares, __global const float4 *scattering,
+    __global const float4 *absorption, __constant struct LightGrid *grid, __constant struct CarriedLight *light,
+    float counted) {
+    FIND_LIGHT_CELL
+    struct Stream stream = point_stream(light->place, light->cell, grid->cell, (int)x, y, z);
+    if (light->cell.w == 0 || !stream.held) return;
+    long own = plain_at(grid, x, y, z);
+    REAL sigma = CHANNELS(counted * scattering[own] + absorption[own]);
+    struct NearCell near = near_cell(light->place, light->cell, grid->cell, (int)x, y, z);
+    REAL sum = (REAL)(0.0f);
+    float weights = 0.0f;
+    for (int index = 0; index < near_lines(&near); ++index) {
+        float4 direction;
+        float2 way;
+        float weight = near_line(&near, index, &direction, &way);
+        sum += weight * mean_left(sigma * (way.y - way.x))
+            * left_after(scattering, absorption, grid, counted, near.from, direction, way.x);
+        weights += weight;
+    }
+    shares[padded_at(grid, x, y, z)] = sum / weights;
 }
 
 // Darkness, with light all around.
@@ -109,7 +205,7 @@ __kernel void convection_step_point(__global REAL *restrict next, __global const
     REAL here = now[i];
     REAL moved = here + MOVES(time * stream.x, 1) + MOVES(time * stream.y, row) + MOVES(time * stream.z, slice);
     moved = max(moved, 0.0f) * decay[plain_at(grid, x, y, z)];
-    next[i] = stream.held ? (REAL)(1.0f) : moved;
+    next[i] = stream.held ? here : moved;
 }
 
 // The steady state of the cells `level` cells from the light's (the sum over the axes), once those of the level before
@@ -136,7 +232,9 @@ __kernel void convection_settle(__global REAL *shares, __global const float4 *sc
     float leaving = fabs(stream.x) + fabs(stream.y) + fabs(stream.z);
     long own = plain_at(grid, x, y, z);
     REAL sigma = CHANNELS(counted * scattering[own] + absorption[own]);
-    shares[i] = stream.held ? (REAL)(1.0f) : arriving / (leaving + sigma);
+    if (!stream.held) {
+        shares[i] = arriving / (leaving + sigma);
+    }
 }
 
 // From the light to a cell's centre; w: squared distance from which the cell sees a point, 1 of directional lights.
@@ -148,7 +246,19 @@ INLINE float4 way_to(__constant struct LightGrid *grid, __constant struct Carrie
     float to_x = OFFSET(x) * grid->cell.x;
     float to_y = OFFSET(y) * grid->cell.y;
     float to_z = OFFSET(z) * grid->cell.z;
-    return (float4)(to_x, to_y, to_z, max(to_x * to_x + to_y * to_y + to_z * to_z, light->power.w));
+    float distance2 = max(to_x * to_x + to_y * to_y + to_z * to_z, light->power.w);
+    if (point_stream(place, light->cell, grid->cell, x, y, z).held) {
+        // Such that 1 / r^2 is its mean over the cell.
+        struct NearCell near = near_cell(place, light->cell, grid->cell, x, y, z);
+        float weights = 0.0f;
+        for (int index = 0; index < near_lines(&near); ++index) {
+            float4 direction;
+            float2 way;
+            weights += near_line(&near, index, &direction, &way);
+        }
+        distance2 = (float)near_lines(&near) / weights;
+    }
+    return (float4)(to_x, to_y, to_z, distance2);
 }
 
 INLINE float4 fluence_of(__constant struct CarriedLight *light, float4 share, float distance2) {
@@ -175,7 +285,9 @@ __kernel void convection_add_flux(__global float4 *flux, __global const REAL *sh
     float4 way = way_to(grid, light, (int)x, y, z);
     float4 fluence = fluence_of(light, (float4)(shares[padded_at(grid, x, y, z)]), way.w);
     float mean = (fluence.x + fluence.y + fluence.z) * (1.0f / 3.0f);
-    float4 own = (float4)(way.xyz * (mean / sqrt(way.w)), mean);
+    float4 towards = way;
+    towards.w = 0.0f;
+    float4 own = (float4)(way.xyz * (mean / sqrt(max(way.w, dot(towards, towards)))), mean);
     flux[i] = first != 0u ? own : flux[i] + own;
 }
 

@@ -1,4 +1,4 @@
-// The direct light of the cells of a light volume, by null-collision tracking from each cell's centre towards the lights
+// The direct light of the cells of a light volume, by null-collision tracking from each cell towards the lights
 // (the first step of Lesar, Bohak and Marolt's hybrid diffusion), without bias.
 //
 // In a pass every cell sends one ray to a randomly chosen light, and one into a random direction where the background
@@ -40,6 +40,9 @@ struct Pass {
 #ifdef FLOW
     float4 flow[CELLS];
 #endif
+#ifdef SPREAD
+    float4 moment[CELLS];
+#endif
 };
 
 // A sum of two floats.
@@ -54,6 +57,7 @@ struct DirectState {
     __global float *group;              // the channels' mean after the last whole group
     __global struct TwoFloat4 *reduced;
     __global struct TwoFloat4 *flow;    // vector flux, of the channels' mean
+    __global float4 *moment; // (reduced) light of the channels' mean times the place where it is, from -1 to 1 in a cell
 };
 
 INLINE float channels_mean(float4 rgb) {
@@ -119,6 +123,9 @@ INLINE void clear_pass(struct Pass *pass) {
 #ifdef FLOW
         pass->flow[i] = (float4)(0.0f);
 #endif
+#ifdef SPREAD
+        pass->moment[i] = (float4)(0.0f);
+#endif
     }
 }
 
@@ -139,6 +146,9 @@ INLINE void arrive(struct Pass *pass, struct DirectLanes *d, struct FlightLanes 
         reduced[c] = real_lanes(d->weight[c] * d->reduced[REDUCED_TRACKED == 1 ? 0 : c]);
     }
 #endif
+#ifdef SPREAD
+    RealLanes px = real_lanes(d->place.x), py = real_lanes(d->place.y), pz = real_lanes(d->place.z);
+#endif
 #ifdef FLOW
     RealLanes dx = real_lanes(d->direction.x), dy = real_lanes(d->direction.y), dz = real_lanes(d->direction.z);
 #endif
@@ -149,8 +159,13 @@ INLINE void arrive(struct Pass *pass, struct DirectLanes *d, struct FlightLanes 
         int cell = slot.lane[i];
         float4 rgb = (float4)(light[0].lane[i], light[1].lane[i], light[2].lane[i], 0.0f);
         pass->fluence[cell] += rgb;
+        float4 scattered = rgb;
 #ifdef REDUCED
-        pass->reduced[cell] += (float4)(reduced[0].lane[i], reduced[1].lane[i], reduced[2].lane[i], 0.0f);
+        scattered = (float4)(reduced[0].lane[i], reduced[1].lane[i], reduced[2].lane[i], 0.0f);
+        pass->reduced[cell] += scattered;
+#endif
+#ifdef SPREAD
+        pass->moment[cell] += channels_mean(scattered) * (float4)(px.lane[i], py.lane[i], pz.lane[i], 0.0f);
 #endif
 #ifdef FLOW
         // Light travels from the light to the cell.
@@ -198,6 +213,9 @@ INLINE void add_pass(const struct DirectState *state, const struct Pass *pass, c
         average(&mean, pass->flow[i], share);
         state->flow[cell] = mean;
 #endif
+#ifdef SPREAD
+        state->moment[cell] += share * (pass->moment[i] - state->moment[cell]);
+#endif
     }
 }
 
@@ -241,7 +259,7 @@ INLINE uint follow_rays(const struct DirectState *state, struct DirectTally *tal
         if (next < RAYS * CELLS && ANY(idle)) {
             Ints begun = assign_rays(&lanes, cells, &next, idle);
             if (ANY(begun)) {
-                begin_rays(&lanes, &flight, &ray, m, s, first + done, begun);
+                begin_rays(&lanes, &flight, &ray, m, s, first + done, begun, tally);
             }
         }
         if (!ANY(flight.state != RESTING)) {
@@ -267,9 +285,10 @@ __kernel void irradiance_direct(__constant struct Frame *frame, __constant struc
     __constant struct Scattering *method, __global const VOXEL *voxels, __global const BrickBound *bounds,
     __global const float *sigmas, __global const float4 *colors, __global const float4 *emissions,
     __global const struct Light *lights, __global const float *environment_sums, __global const float4 *environment,
-    __constant struct LightGrid *grid, __constant struct DirectParameters *parameters, __global struct TwoFloat4 *fluence,
+    __constant struct LightGrid *grid, __constant struct DirectParameters *parameters,
+    __global const float2 *extents, __global struct TwoFloat4 *fluence,
     __global float *group, __global struct TwoFloat4 *reduced, __global struct TwoFloat4 *flow,
-    __global struct DirectCounts *counts, uint count_slots, uint first_block, uint block_count, uint first_pass, uint pass_count) {
+    __global float4 *moment, __global struct DirectCounts *counts, uint count_slots, uint first_block, uint block_count, uint first_pass, uint pass_count) {
     size_t item = get_global_id(0);
     size_t block = CELLS == 1 ? item >> BLOCK_SHIFT : item;
     if (block >= block_count) {
@@ -287,6 +306,7 @@ __kernel void irradiance_direct(__constant struct Frame *frame, __constant struc
     struct DirectScene s;
     s.grid = grid;
     s.parameters = parameters;
+    s.extents = extents;
     s.colors = colors;
     s.lights = lights;
     s.environment_sums = environment_sums;
@@ -296,6 +316,7 @@ __kernel void irradiance_direct(__constant struct Frame *frame, __constant struc
     state.group = group;
     state.reduced = reduced;
     state.flow = flow;
+    state.moment = moment;
 
     uint cells[CELLS];
     bool any = false;
@@ -320,8 +341,9 @@ __kernel void irradiance_direct(__constant struct Frame *frame, __constant struc
 
 // The direct light after `passes` of them; `groups`: whole groups, whose spread tells the variance.
 __kernel void irradiance_direct_means(__global const struct TwoFloat4 *fluence,
-    __global const struct TwoFloat4 *reduced, __global const struct TwoFloat4 *flow, __global float4 *fluence_out,
-    __global float4 *reduced_out, __global float4 *flow_out, uint cells, uint passes, uint groups) {
+    __global const struct TwoFloat4 *reduced, __global const struct TwoFloat4 *flow, __global const float4 *moment,
+    __global const float2 *extents, __global float4 *fluence_out, __global float4 *reduced_out,
+    __global float4 *flow_out, __global float4 *extent_out, uint cells, uint passes, uint groups) {
     size_t i = get_global_id(0);
     if (i >= cells) {
         return;
@@ -342,5 +364,14 @@ __kernel void irradiance_direct_means(__global const struct TwoFloat4 *fluence,
     float4 along = light > 0.0f ? flow[i].high / light : (float4)(0.0f);
     float length2 = dot(along, along);
     flow_out[i] = length2 > 1.0f ? along / sqrt(length2) : along;
+#endif
+#ifdef SPREAD
+    float scattered = light;
+#ifdef REDUCED
+    scattered = channels_mean(reduced_out[i]);
+#endif
+    float4 place = scattered > 0.0f ? clamp(moment[i] / scattered, -1.0f, 1.0f) : (float4)(0.0f);
+    place.w = extents[i].x;
+    extent_out[i] = place;
 #endif
 }

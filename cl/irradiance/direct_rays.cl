@@ -1,4 +1,6 @@
-// Rays from the centres of cells towards what lights them, WIDTH of them side by side.
+// Rays from the centres of cells towards what lights them, WIDTH of them side by side. Where a centre does not stand for
+// its cell (SPREAD), they start anywhere in it, and bring the mean over the cell, weighted by the extinction: what cells
+// take from the light adds up to what the light loses, however thick they are.
 //
 // A ray loses light by residual ratio tracking, whose control is the minorant of each brick (Novák et al. 2014): where
 // the medium is the same all over a brick, there is nothing to look up. Russian roulette ends rays that little is left
@@ -41,6 +43,7 @@
 struct DirectScene {
     __constant struct LightGrid *grid;
     __constant struct DirectParameters *parameters;
+    __global const float2 *extents; // of irradiance_extents (SPREAD)
     __global const float4 *colors;
     __global const struct Light *lights;
     __global const float *environment_sums;
@@ -55,6 +58,9 @@ struct DirectLanes {
     Words stream[2];          // drawn when it begins
     Reals weight[3];          // fluence that it brings if nothing is in its way
     struct Points direction;  // towards the light, local
+#ifdef SPREAD
+    struct Points place;      // where in its cell it starts, from -1 to 1 along each axis
+#endif
 #ifdef REDUCED
     Reals reduced[REDUCED_TRACKED]; // as `through`, by the reduced extinction
 #endif
@@ -75,6 +81,9 @@ INLINE struct DirectLanes idle_rays(void) {
     d.slot = (Ints)(0);
     d.cell = d.kind = d.draws = d.stream[0] = d.stream[1] = (Words)(0u);
     d.direction = points((Reals)(1.0f), zero, zero);
+#ifdef SPREAD
+    d.place = points(zero, zero, zero);
+#endif
     for (int c = 0; c < 3; ++c) {
         d.weight[c] = zero;
     }
@@ -101,18 +110,65 @@ INLINE struct FlightLanes idle_flights(void) {
 }
 
 #ifdef SAMPLE_LIGHTS
-// The sample of a light as a cell sees it. 1 / r^2 stands for no cell that has a point light at its centre: nearer than
-// `nearest2`, the mean of 1 / r^2 over a ball of the cell's volume does.
-INLINE struct LightSample light_of_cell(const struct MediumTables *m, const struct DirectScene *s, float4 centre,
-    float4 u) {
-    struct LightSample light = light_sample(m->frame, s->lights, s->environment_sums, s->environment, centre, u);
-    uint index = pick_light(s->lights, m->frame->light_count, u.x);
-    if (index < m->frame->light_count && (int)s->lights[index].position.w == LIGHT_POINT
-        && light.distance * light.distance < s->parameters->nearest2) {
-        float4 power = s->lights[index].power;
-        light.weight = power / (power.w * s->parameters->nearest2);
+#ifdef SPREAD
+// A point light as a box about `centre` sees it: from a point that is drawn in proportion to 1 / r^2 along a line through
+// the light, so that weights are bounded wherever the light is. *place: where the ray starts.
+INLINE struct LightSample lamp_of_box(__global const struct Light *lamp, float4 centre, float4 half_edges, float4 random,
+    float4 *place) {
+    float4 position = lamp->position;
+    position.w = 0.0f;
+    float4 off = position - centre;
+    off.w = 0.0f;
+    // Beyond 1 from outside, about 1 on a side.
+    float4 from_sides = fabs(off) / (float4)(half_edges.xyz, 1.0f);
+    bool inside = max(max(from_sides.x, from_sides.y), from_sides.z) < 1.00001f;
+    float solid = FOUR_PI;
+    float4 direction;
+    if (inside) {
+        float z = 1.0f - 2.0f * random.x;
+        float radius = sqrt(max(1.0f - z * z, 0.0f));
+        float angle = 6.28318531f * random.y;
+        direction = (float4)(radius * cos(angle), radius * sin(angle), z, 0.0f);
+        // From sides, all of them inwards.
+        int4 aside = from_sides > 0.99999f;
+        direction = select(direction, copysign(direction, -off), aside);
+        solid *= (aside.x ? 0.5f : 1.0f) * (aside.y ? 0.5f : 1.0f) * (aside.z ? 0.5f : 1.0f);
+    } else {
+        direction = centre + half_edges * (2.0f * (float4)(random.xyz, 0.5f) - 1.0f) - position;
+        direction.w = 0.0f;
+        direction *= 1.0f / sqrt(max(dot(direction, direction), 1e-30f));
     }
+    float2 way = way_in_box(position, direction, centre, half_edges);
+    float t = mix(way.x, way.y, random.w);
+    *place = position + t * direction;
+    struct LightSample light;
+    light.direction = -direction;
+    light.distance = t;
+    light.pdf = 0.0f;
+    // 1 / r^2 times the volume of an element of solid angle and length is that element. Lines of length l inside come
+    // with the density 1 / (4 pi l), those through points that are drawn evenly with (t1^3 - t0^3) / (3 V (t1 - t0)).
+    float volume = 8.0f * half_edges.x * half_edges.y * half_edges.z;
+    float share = inside ? solid * way.y / volume
+                         : 3.0f / max(way.x * way.x + way.x * way.y + way.y * way.y, 1e-30f);
+    float4 power = lamp->power;
+    light.weight = power * (share / power.w);
+    light.weight.w = 0.0f;
     return light;
+}
+#endif
+
+// The sample of a light as a cell sees it, from *place, or, where the mean over a box about *centre is wanted, from a place
+// for points of light.
+INLINE struct LightSample light_of_cell(const struct MediumTables *m, const struct DirectScene *s, float4 *place,
+    float4 u, float4 centre, float4 half_edges, float4 random) {
+#ifdef SPREAD
+    uint index = pick_light(s->lights, m->frame->light_count, u.x);
+    if (half_edges.x > 0.0f && index < m->frame->light_count
+        && (int)s->lights[index].position.w == LIGHT_POINT) {
+        return lamp_of_box(s->lights + index, centre, half_edges, random, place);
+    }
+#endif
+    return light_sample(m->frame, s->lights, s->environment_sums, s->environment, *place, u);
 }
 #endif
 
@@ -130,7 +186,7 @@ INLINE struct LightSample sky_of_cell(const struct MediumTables *m, const struct
 
 // Puts the lanes of `begun` on new rays.
 INLINE void begin_rays(struct DirectLanes *d, struct FlightLanes *f, struct RayLanes *ray, const struct MediumTables *m,
-    const struct DirectScene *s, uint pass, Ints begun) {
+    const struct DirectScene *s, uint pass, Ints begun, struct DirectTally *tally) {
     uint2 seed = (uint2)(m->frame->seed_low, m->frame->seed_high);
     Words words[4], keys[4], strata[4];
     words[0] = keys[0] = d->cell;
@@ -146,6 +202,18 @@ INLINE void begin_rays(struct DirectLanes *d, struct FlightLanes *f, struct RayL
     d->stream[1] = PICK(d->stream[1], words[1], begun);
     d->draws = PICK(d->draws, (Words)(0u), begun);
     Reals zero = (Reals)(0.0f);
+#ifdef SPREAD
+    // Where in their cells rays start, stratified, too.
+    Words more[4], begins_at[4];
+    more[0] = d->cell;
+    more[1] = (Words)(pass / STRATA);
+    more[2] = (Words)(1u);
+    more[3] = d->kind << 8 | RNG_DIRECT_STRATA;
+    philox_lanes(more, seed);
+    sobol_lanes((Words)(pass % STRATA), more, begins_at);
+    RealLanes place_x = real_lanes(uniform_lanes(begins_at[0])), place_y = real_lanes(uniform_lanes(begins_at[1]));
+    RealLanes place_z = real_lanes(uniform_lanes(begins_at[2])), place_t = real_lanes(uniform_lanes(begins_at[3]));
+#endif
     RealLanes u = real_lanes(uniform_lanes(strata[2]));
     RealLanes v = real_lanes(uniform_lanes(strata[0])), w = real_lanes(uniform_lanes(strata[1]));
 #ifdef SKY
@@ -155,6 +223,9 @@ INLINE void begin_rays(struct DirectLanes *d, struct FlightLanes *f, struct RayL
     RealLanes dx = real_lanes((Reals)(1.0f)), dy = real_lanes(zero), dz = dy;
 #endif
     RealLanes x = real_lanes(zero), y = x, z = x, far = x;
+#ifdef SPREAD
+    RealLanes in_x = x, in_y = x, in_z = x;
+#endif
     RealLanes weight[3];
     weight[0] = weight[1] = weight[2] = x;
     IntLanes begins = int_lanes(begun);
@@ -166,22 +237,45 @@ INLINE void begin_rays(struct DirectLanes *d, struct FlightLanes *f, struct RayL
             continue;
         }
         float4 centre = cell_centre(s->grid, cell_of(s->grid, cell.lane[i]));
+        float4 place = centre;
+        float4 half_edges = (float4)(0.0f);
+        float4 random = half_edges;
+#ifdef SPREAD
+        float2 extent = s->extents[cell.lane[i]];
+        half_edges = 0.5f * extent.x * s->grid->cell;
+        random = (float4)(place_x.lane[i], place_y.lane[i], place_z.lane[i], place_t.lane[i]);
+        place += half_edges * (2.0f * random - 1.0f);
+#endif
+        float4 choice = (float4)(u.lane[i], v.lane[i], w.lane[i], 0.0f);
         struct LightSample light;
 #if defined(SKY) && defined(SAMPLE_LIGHTS)
         if (kind.lane[i] == TO_SKY) {
             light = sky_of_cell(m, s, (float4)(dx.lane[i], dy.lane[i], dz.lane[i], 0.0f));
         } else {
-            light = light_of_cell(m, s, centre, (float4)(u.lane[i], v.lane[i], w.lane[i], 0.0f));
+            light = light_of_cell(m, s, &place, choice, centre, half_edges, random);
         }
 #elif defined(SKY)
         light = sky_of_cell(m, s, (float4)(dx.lane[i], dy.lane[i], dz.lane[i], 0.0f));
 #else
-        light = light_of_cell(m, s, centre, (float4)(u.lane[i], v.lane[i], w.lane[i], 0.0f));
+        light = light_of_cell(m, s, &place, choice, centre, half_edges, random);
 #endif
-        centre = centre * m->volume->scale + GRID_LOW;
-        x.lane[i] = centre.x;
-        y.lane[i] = centre.y;
-        z.lane[i] = centre.z;
+#ifdef SPREAD
+        float4 in_cell = 2.0f * (place - centre) / (float4)(s->grid->cell.xyz, 1.0f);
+        in_x.lane[i] = in_cell.x;
+        in_y.lane[i] = in_cell.y;
+        in_z.lane[i] = in_cell.z;
+#endif
+        place = place * m->volume->scale + GRID_LOW;
+#if defined(SPREAD) && !defined(CONSTANT_SIGMA)
+        if (extent.x > 0.0f && extent.y > 0.0f) {
+            float value, row;
+            light.weight *= sigma_at(m->frame, m->volume, m->voxels, m->sigmas, place, &value, &row) / extent.y;
+            tally->lookups += 1u;
+        }
+#endif
+        x.lane[i] = place.x;
+        y.lane[i] = place.y;
+        z.lane[i] = place.z;
         dx.lane[i] = light.direction.x;
         dy.lane[i] = light.direction.y;
         dz.lane[i] = light.direction.z;
@@ -196,6 +290,9 @@ INLINE void begin_rays(struct DirectLanes *d, struct FlightLanes *f, struct RayL
     }
     struct Points direction = points(dx.all, dy.all, dz.all);
     d->direction = pick_points(d->direction, direction, begun);
+#ifdef SPREAD
+    d->place = pick_points(d->place, points(in_x.all, in_y.all, in_z.all), begun);
+#endif
     float4 scale = m->volume->scale;
     struct RayLanes fresh = ray_lanes(points(x.all, y.all, z.all),
         points(direction.x * scale.x, direction.y * scale.y, direction.z * scale.z));

@@ -36,7 +36,8 @@ __kernel void irradiance_flux(__constant struct LightGrid *grid, __constant Limi
     float limit = limits->w;
     uint stride = 1u;
     float mean[3];
-    float squares = 0.0f;
+    float sides[6];
+    float largest = 0.0f;
     for (int axis = 0; axis < 3; ++axis) {
         int at = axis_of_cell(cell, axis);
         int count = axis_of_cell(grid->dims, axis);
@@ -45,10 +46,19 @@ __kernel void irradiance_flux(__constant struct LightGrid *grid, __constant Limi
         float low = outward(phi, diffusivity, index, index - stride, at == 0, size, outside, limit);
         float high = outward(phi, diffusivity, index, index + stride, at + 1 == count, size, outside, limit);
         mean[axis] = 0.5f * (high - low);
-        squares += 0.5f * (high * high + low * low);
+        sides[2 * axis] = low;
+        sides[2 * axis + 1] = high;
+        largest = max(largest, max(fabs(low), fabs(high)));
         stride *= (uint)count;
     }
-    flux[index] = (float4)(mean[0], mean[1], mean[2], sqrt(squares));
+    // Relative to the largest: squares of faint or bright light are no float32 numbers.
+    float squares = 0.0f;
+    float scale = largest > 0.0f ? 1.0f / largest : 0.0f;
+    for (int side = 0; side < 6; ++side) {
+        float part = sides[side] * scale;
+        squares += 0.5f * part * part;
+    }
+    flux[index] = (float4)(mean[0], mean[1], mean[2], largest * sqrt(squares));
 }
 
 #define LIMITER_SUM 1u
@@ -158,6 +168,30 @@ __kernel void irradiance_mix(__global const float *memory, __global float *diffu
     diffusivity[index] = min(exp(cell[LAST_PLACE(count)] + clamp(step, -3.0f, 3.0f)), limits->w);
 }
 
+// The length of a flux, whatever its unit.
+INLINE float flux_length(float4 f) {
+    float largest = max(max(fabs(f.x), fabs(f.y)), fabs(f.z));
+    if (largest == 0.0f) {
+        return 0.0f;
+    }
+    float4 relative = f / largest;
+    relative.w = 0.0f;
+    return largest * sqrt(dot(relative, relative));
+}
+
+// Fluxes beyond the fluence, of which the limiter's updates leave some, are cut to it.
+__kernel void irradiance_cut(__global const float *phi, __global float4 *flux, uint count) {
+    uint index = (uint)get_global_id(0);
+    if (index >= count) {
+        return;
+    }
+    float4 f = flux[index];
+    float length = flux_length(f);
+    float most = phi[index];
+    // A little less, so that what is rounded is not beyond it.
+    flux[index] = length > most ? f * (most / length * (1.0f - 4e-7f)) : f;
+}
+
 // Each work-item's share: the sum of phi, the largest flux (the mean through opposite sides) over phi, and how many cells
 // are below the floor of sigma_tr.
 __kernel void irradiance_measure(__global const float *phi, __global const float4 *flux,
@@ -173,7 +207,7 @@ __kernel void irradiance_measure(__global const float *phi, __global const float
         float4 f = flux[i];
         float fluence = phi[i] + faint;
         sum += phi[i];
-        largest = fluence > 0.0f ? max(largest, sqrt(f.x * f.x + f.y * f.y + f.z * f.z) / fluence) : largest;
+        largest = fluence > 0.0f ? max(largest, flux_length(f) / fluence) : largest;
         below += transport[i] < least;
     }
     shares[item] = sum;

@@ -25,6 +25,17 @@ INLINE float point_share(struct CellPoints points) {
     return 1.0f / (float)(points.count.x * points.count.y * points.count.z);
 }
 
+// The extinction at a point, per local unit.
+INLINE float extinction_at_point(__constant struct Frame *frame, __constant struct Volume *volume,
+    __constant struct Scattering *method, __global const VOXEL *voxels, __global const float *sigmas, float4 point) {
+#ifdef CONSTANT_SIGMA
+    return method->sigma;
+#else
+    float value, row;
+    return sigma_at(frame, volume, voxels, sigmas, point * volume->scale + GRID_LOW, &value, &row);
+#endif
+}
+
 // The medium at a point: coefficients per local unit, and the radiance it emits.
 struct PointMedium {
     float4 scattering;

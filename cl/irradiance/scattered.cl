@@ -2,29 +2,111 @@
 #include "irradiance/between.cl"
 #include "irradiance/limiter.cl"
 
-// The equation of one channel. `forward`: g of the phase function; transport: sigma_a + (1 - g) sigma_s; `most`: largest
-// diffusivity to begin with, may be infinite.
+// Transport coefficient of a channel in a cell.
+INLINE float transport_of(__global const float *scattering, __global const float *absorption, uint from, float forward) {
+    return absorption[from] + (1.0f - forward) * scattering[from];
+}
+
+// The share of a cell's source that belongs to its neighbour beyond one side: where light is scattered nearer to that
+// side than the centre is, it gets there as through resistances to both centres (and, where nothing but the boundary is
+// beyond, out). As it should be in one dimension, where fluences at centres are right then. `place`: of the source, towards
+// the side, from -1 to 1; `here`, `there`: depth of half a cell, in units of the boundary's.
+INLINE float share_beyond(float place, float here, float there) {
+    return place > 0.0f && here > 0.0f ? place * here / (here + there) : 0.0f;
+}
+
+// How a cell's source goes to all sides: low and high per axis.
+struct Shares {
+    float beyond[6];
+};
+
+INLINE struct Shares shares_of(__constant struct LightGrid *grid, __constant Limits *limits,
+    __global const float *scattering, __global const float *absorption, __global const float4 *places, float forward,
+    uint channel, uint index) {
+    int4 cell = cell_of(grid, index);
+    float4 place = places[index];
+    float least = 1.0f / (3.0f * limits->w);
+    float own = max(transport_of(scattering, absorption, 4u * index + channel, forward), least);
+    struct Shares shares;
+    float sum = 0.0f;
+    uint stride = 1u;
+    for (int side = 0; side < 6; ++side) {
+        int axis = side / 2;
+        bool high = side & 1;
+        int at = axis_of_cell(cell, axis);
+        int count = axis_of_cell(grid->dims, axis);
+        float depth = 1.5f * axis_of(grid->cell, axis);
+        float there = axis_of(*limits, axis);
+        if (high ? at + 1 < count : at > 0) {
+            uint next = high ? index + stride : index - stride;
+            there = depth * max(transport_of(scattering, absorption, 4u * next + channel, forward), least);
+        }
+        float towards = axis_of(place, axis);
+        shares.beyond[side] = there < 0.0f ? 0.0f : share_beyond(high ? towards : -towards, depth * own, there);
+        sum += shares.beyond[side];
+        stride *= high ? (uint)count : 1u;
+    }
+    // No more than all: sources in the corners of cells would go three ways.
+    for (int side = 0; side < 6; ++side) {
+        shares.beyond[side] /= max(sum, 1.0f);
+    }
+    return shares;
+}
+
+// The source of a cell once sources are where they belong: less what goes beyond its sides, and what comes from beyond.
+INLINE float placed_source(__constant struct LightGrid *grid, __constant Limits *limits,
+    __global const float *scattering, __global const float *absorption, __global const float *source,
+    __global const float4 *places, float forward, uint channel, uint index) {
+    int4 cell = cell_of(grid, index);
+    struct Shares own = shares_of(grid, limits, scattering, absorption, places, forward, channel, index);
+    float kept = 1.0f;
+    float come = 0.0f;
+    uint stride = 1u;
+    for (int side = 0; side < 6; ++side) {
+        bool high = side & 1;
+        int at = axis_of_cell(cell, side / 2);
+        int count = axis_of_cell(grid->dims, side / 2);
+        kept -= own.beyond[side];
+        if (high ? at + 1 < count : at > 0) {
+            uint next = high ? index + stride : index - stride;
+            struct Shares theirs =
+                shares_of(grid, limits, scattering, absorption, places, forward, channel, next);
+            come += theirs.beyond[side ^ 1] * source[4u * next + channel];
+        }
+        stride *= high ? (uint)count : 1u;
+    }
+    return max(kept, 0.0f) * source[4u * index + channel] + come;
+}
+
+// The equation of one channel. `spread`: whether `places` tells where in its cell a source is. `forward`: g of the phase function; transport: sigma_a + (1 - g) sigma_s; `most`: largest
+// diffusivity to begin with, may be infinite; `scale`: of the source, so that squares of light are float32 numbers whatever
+// its unit.
 __kernel void irradiance_channel(__constant struct LightGrid *grid, __global const float *scattering,
-    __global const float *absorption, __global const float *source, __global float *absorbed,
+    __global const float *absorption, __global const float *source, __global const float4 *places,
+    __constant Limits *limits, __global float *absorbed,
     __global float *transport, __global float *diffusivity, __global float *power, float forward, float most,
-    uint channel) {
+    float scale, uint channel, uint spread) {
     uint index = (uint)get_global_id(0);
     if (index >= cell_count(grid)) {
         return;
     }
     uint from = 4u * index + channel;
-    float sigma = absorption[from] + (1.0f - forward) * scattering[from];
+    float sigma = transport_of(scattering, absorption, from, forward);
     absorbed[index] = absorption[from];
     transport[index] = sigma;
     diffusivity[index] = min(1.0f / (3.0f * sigma), most);
-    power[index] = source[from];
+    float own = source[from];
+    if (spread != 0u) {
+        own = placed_source(grid, limits, scattering, absorption, source, places, forward, channel, index);
+    }
+    power[index] = own * scale;
 }
 
 // A channel's fluence into a box with a border of one cell: there stands what makes a straight line through the cell's
-// centre meet the boundary with the fluence that it has. Written to `copies` channels from `channel` on.
+// centre meet the boundary with the fluence that it has. Written to `copies` channels from `channel` on, times `scale`.
 __kernel void irradiance_border(__constant struct LightGrid *grid, __constant Limits *limits,
-    __global const float *phi, __global const float *diffusivity, __global float *bordered, uint channel,
-    uint copies) {
+    __global const float *phi, __global const float *diffusivity, __global float *bordered, float scale,
+    uint channel, uint copies) {
     int4 place = (int4)((int)get_global_id(0), (int)get_global_id(1), (int)get_global_id(2), 0);
     int4 dims = grid->dims;
     if (place.x >= dims.x + 2 || place.y >= dims.y + 2 || place.z >= dims.z + 2) {
@@ -43,7 +125,7 @@ __kernel void irradiance_border(__constant struct LightGrid *grid, __constant Li
     }
     size_t out = (size_t)place.x + (size_t)(dims.x + 2) * ((size_t)place.y + (size_t)(dims.y + 2) * (size_t)place.z);
     for (uint c = channel; c < channel + copies; ++c) {
-        bordered[4 * out + c] = value;
+        bordered[4 * out + c] = value * scale;
     }
 }
 
@@ -93,7 +175,7 @@ __kernel void irradiance_drift(__constant struct LightGrid *grid, __constant str
     float4 scattered = fluence[index];
     float total = (scattered.x + scattered.y + scattered.z) * (1.0f / 3.0f) + ahead;
     float4 sum = ahead * flow[index] + diffuse;
-    float size = sqrt(sum.x * sum.x + sum.y * sum.y + sum.z * sum.z);
+    float size = flux_length(sum);
     sum = size > 0.0f && total > 0.0f ? sum / max(total, size) : (float4)(0.0f);
     sum.w = 0.0f;
     drift[index] = sum;

@@ -10,6 +10,9 @@
 #include "render/background.cl"
 #include "render/camera.cl"
 #include "render/frame.cl"
+#ifdef DISPERSION
+#include "caustics/spectrum.cl"
+#endif
 #include "surfaces/direct.cl"
 #include "surfaces/optics.cl"
 #include "types/caustics.cl"
@@ -23,6 +26,9 @@ struct Branch {
     float3 direction;
     float3 weight; // of its radiance in the pixel
     uint bounces;  // reflections and refractions so far
+#ifdef DISPERSION
+    float wavelength; // in micrometres, once glass has parted the colours; 0 before
+#endif
 };
 
 // What a sample reads, and what it has found.
@@ -84,11 +90,31 @@ INLINE float3 seen_lights(const struct Sample *sample, const struct Branch *ray,
     return radiance;
 }
 
+#ifdef DISPERSION
+// The wavelength of what enters glass that parts the colours: one for each sample, evenly spread over samples.
+INLINE float choose_wavelength(struct Sample *sample, struct Branch *on) {
+    float start = random4(sample->seed, sample->pixel, 0u, RNG_WAVELENGTH).x;
+    // Multiples of the golden ratio.
+    float u = start + uniform_float(sample->index * 0x9E3779B9u);
+    float wavelength = mix(SHORTEST_WAVELENGTH, LONGEST_WAVELENGTH, u - floor(u));
+    on->weight *= color_of(1000.0f * wavelength) * sample->method->white.xyz;
+    on->wavelength = wavelength;
+    return wavelength;
+}
+#endif
+
 // Sends a ray on over a boundary: both ways, or one of them by chance. Returns the number of rays that it added.
-INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, const struct Hit *hit, float index,
+INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, const struct Hit *hit, float4 cauchy,
     struct Branch *branches, uint room) {
     float3 facing = hit->inside ? -hit->normal : hit->normal;
-    struct Boundary at = boundary(index, hit->inside, max(-dot(ray->direction, facing), 0.0f));
+    float cosine = max(-dot(ray->direction, facing), 0.0f);
+    float index = cauchy.w;
+#ifdef DISPERSION
+    if (ray->wavelength > 0.0f) {
+        index = index_at(cauchy, ray->wavelength);
+    }
+#endif
+    struct Boundary at = boundary(index, hit->inside, cosine);
     float passing = 1.0f - at.reflectance;
     // Of radiance that comes the other way.
     float density = hit->inside ? index * index : 1.0f / (index * index);
@@ -98,6 +124,18 @@ INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, cons
     back.bounces += 1u;
     struct Branch on = back;
     if (passing > 0.0f) {
+#ifdef DISPERSION
+        if (ray->wavelength == 0.0f && (cauchy.y != 0.0f || cauchy.z != 0.0f)) {
+            // What is reflected keeps its colours together: its share hardly depends on them.
+            struct Boundary colored = boundary(index_at(cauchy, choose_wavelength(sample, &on)), hit->inside, cosine);
+            if (colored.scale > 0.0f) {
+                at.scale = colored.scale;
+                at.shift = colored.shift;
+            } else {
+                on.weight = (float3)(0.0f);
+            }
+        }
+#endif
         on.direction = refracted(at, ray->direction, facing);
         on.origin = surface_offset(hit, on.direction);
         on.weight *= density;
@@ -144,7 +182,7 @@ INLINE uint follow(struct Sample *sample, struct Branch ray, struct Hit *hit, st
         return 0u;
     }
     if (material->kind == MATERIAL_DIELECTRIC) {
-        return cross_boundary(sample, &ray, hit, material->cauchy.w, branches, room);
+        return cross_boundary(sample, &ray, hit, material->cauchy, branches, room);
     }
     float3 facing = hit->inside ? -hit->normal : hit->normal;
     ray.direction = mirrored(ray.direction, facing);
@@ -195,6 +233,9 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
         branches[0].direction = ray.direction;
         branches[0].weight = (float3)(1.0f);
         branches[0].bounces = 0u;
+#ifdef DISPERSION
+        branches[0].wavelength = 0.0f;
+#endif
         uint count = 1u;
         float depth = -1.0f;
         bool first = true;

@@ -29,6 +29,8 @@ INLINE struct Arrival light_arrival(__global const struct Light *light, float3 p
         float inverse = rsqrt(square);
         arrival.direction = to * inverse;
         arrival.distance = square * inverse;
+        // Lamps may lie on a surface, such as a ceiling: it does not shade them, however slanting the light (to 2 degrees).
+        arrival.distance -= 32.0f * SURFACE_MARGIN * (largest_component(position.xyz) + arrival.distance);
         power *= inverse * inverse;
 #ifdef RECTANGLES
         if (kind == LIGHT_RECTANGLE) {

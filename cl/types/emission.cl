@@ -7,6 +7,12 @@
 #define EMIT_RECTANGLE 3   // a rectangle, from anywhere on it through a target
 #define EMIT_HEMISPHERE 4  // a rectangle, in all directions of its front
 
+// What `role` of an Emitter says: which paths are its photons'. Those of the first end where they meet a diffuse surface,
+// those of the others go on from there.
+#define ROLE_CAUSTIC 0
+#define ROLE_AFTER_CAUSTIC 1 // met mirrors or glass before they met a diffuse surface
+#define ROLE_AFTER_DIRECT 2  // met a diffuse surface first
+
 // A light's share of the photons: one for each cell of a grid.
 struct Emitter {
     float4 place;        // of a point, or of a rectangle's middle; parallel light: unit direction of travel, w: how far
@@ -24,17 +30,22 @@ struct Emitter {
     uint first; // of its photons
     uint count; // photons, and cells
     uint rows;  // of cells, along edge_v; the first ones may have a column more than the others
+    uint role;
+    uint except; // 1: photons in all directions, but for those through the target
+    uint pad_0;
+    uint pad_1;
 };
 
 // What all photons of a render share.
 struct PhotonFrame {
     float4 white; // 1 / the mean of each channel over all wavelengths
+    float4 guide; // a ball to which diffuse surfaces send half of the photons; w: its radius, 0 without one
     uint seed_low;
     uint seed_high;
     uint emitters;
     uint depth; // reflections and refractions, at most
     uint plane_count;
     uint node_count;
+    uint bounces; // diffuse reflections, at most
     uint pad_0;
-    uint pad_1;
 };

@@ -11,11 +11,11 @@ struct DirectParameters {
     float mean_cosine; // g
     float over;        // tentative collisions come at the rate over * majorant - under * minorant
     float under;
-    float nearest2;    // square of the distance within which a cell sees a point light as from that distance
     uint block_x;      // log2 of the cells per axis of a block of cells
     uint block_y;
     uint block_z;
     uint pad_0;
+    uint pad_1;
 };
 
 // Counters that work-items share; 64 bits, low and high.

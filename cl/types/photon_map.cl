@@ -9,7 +9,7 @@ struct MapFrame {
     uint stride;         // elements of each of the map's arrays of photons
     uint tabled;         // whether each cell has its range in the table; otherwise cells are searched for
     float radius;
-    uint pad_0;
+    float margin;        // cells beyond the box in which places are told apart: 0 where photons may lie there
 };
 
 // What gathering knows of a surface of the scene.

@@ -121,6 +121,13 @@ pub fn climb(
     folder: &Folder,
     watch: &Watch<'_>,
 ) -> Result<Ladder> {
+    let own = Scene::load(request.scene, request.sets)?;
+    if let Method::Caustics(_) = own.method {
+        return Err(Error::Input(format!(
+            "{}: the ladder compares models of light in a volume, and this scene's method is caustics",
+            request.scene.display()
+        )));
+    }
     let last = rung(request, LAST, &[])?;
     let reference = Reference::obtain(&last, options.devices[0], folder, watch)?;
     if reference.info.mean <= 0.0 {

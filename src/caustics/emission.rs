@@ -1,10 +1,14 @@
 //! How lights emit photons: a grid of cells each, one photon per cell, through a target or in all directions.
 
+use super::roles::{
+    Aim, GROUPS, Group, diffuse_light_returns, focus, has_elsewhere, is_specular, near, near_along, role,
+    split,
+};
 use super::target::{Parts, Target};
 use crate::device_struct;
 use crate::render::local::LocalFrame;
 use crate::scene::Light;
-use crate::surfaces::{DeviceMaterial, DeviceShape, SurfaceArrays};
+use crate::surfaces::SurfaceArrays;
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 use glam::DVec3;
@@ -40,6 +44,14 @@ device_struct! {
         pub count: u32,
         /// Rows of its cells.
         pub rows: u32,
+        /// Which paths are its photons'.
+        pub role: u32,
+        /// Whether photons through the target are another emitter's.
+        pub except: u32,
+        /// Padding.
+        pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
     }
 }
 
@@ -83,6 +95,8 @@ pub struct EmissionSettings {
     pub emission: Emission,
     /// Where to; otherwise to all that reflects or refracts.
     pub target: Option<TargetRectangle>,
+    /// Whether some are for light that diffuse surfaces reflect.
+    pub bounces: bool,
 }
 
 /// A point nearer to the plane of its target than this (times the edges) sends nothing there.
@@ -109,33 +123,41 @@ pub fn emitters(
     settings: &EmissionSettings,
 ) -> Result<Vec<Emitter>> {
     let target = settings.target.map(|target| local_target(&target, frame)).transpose()?;
-    let material = |shape: &DeviceShape| surfaces.materials_of[shape.surface as usize] as usize;
-    let specular = |shape: &DeviceShape| surfaces.materials[material(shape)].kind != DeviceMaterial::DIFFUSE;
-    let scene =
-        Scene { specular: Parts::of(surfaces, specular), all: Parts::of(surfaces, |_| true), target, frame };
-    if target.is_none() && scene.specular.parts.is_empty() && !scene.specular.unbounded {
+    let scene = Scene {
+        specular: Parts::of(surfaces, |shape| is_specular(surfaces, shape)),
+        all: Parts::of(surfaces, |_| true),
+        focus: focus(surfaces),
+        target,
+        frame,
+    };
+    if settings.photons == 0 {
         return Ok(Vec::new());
     }
-    let sources = lights
-        .iter()
-        .enumerate()
-        .map(|(index, light)| scene.source(index, light))
-        .collect::<Result<Vec<_>>>()?;
-    let shining: Vec<Source> = sources.into_iter().filter(|source| mean(source.flux) > 0.0).collect();
-    if settings.photons == 0 || shining.is_empty() {
-        return Ok(Vec::new());
+    let specular = target.is_some() || !scene.specular.parts.is_empty() || scene.specular.unbounded;
+    let bounces = settings.bounces && diffuse_light_returns(surfaces);
+    let wanted =
+        |group: &Group| (specular || group.aim != Aim::Specular) && (bounces || group.role == role::CAUSTIC);
+    let mut groups = Vec::new();
+    for group in GROUPS.into_iter().filter(wanted) {
+        let sources = scene.sources(lights, group.aim)?;
+        let anything = group.aim != Aim::Elsewhere || has_elsewhere(&scene.focus, &scene.all);
+        if anything && !sources.is_empty() {
+            groups.push((group, sources));
+        }
     }
-    let fluxes: Vec<f64> = shining.iter().map(|source| mean(source.flux)).collect();
-    let counts = shares(&fluxes, settings.photons)?;
+    let sizes: Vec<(Group, u32)> =
+        groups.iter().map(|(group, sources)| (*group, sources.len() as u32)).collect();
+    let mut emitters = Vec::new();
     let mut first = 0;
-    Ok(shining
-        .iter()
-        .zip(counts)
-        .map(|(source, count)| {
+    for ((group, sources), photons) in groups.iter().zip(split(settings.photons, &sizes)?) {
+        let fluxes: Vec<f64> = sources.iter().map(|source| mean(source.flux)).collect();
+        for (source, count) in sources.iter().zip(shares(&fluxes, photons)) {
+            let emitter = counted(source, first, count, settings.emission);
+            emitters.push(Emitter { role: group.role, ..emitter });
             first += count;
-            counted(source, first - count, count, settings.emission)
-        })
-        .collect())
+        }
+    }
+    Ok(emitters)
 }
 
 fn mean(color: [f64; 3]) -> f64 {
@@ -162,112 +184,129 @@ fn local_target(target: &TargetRectangle, frame: &LocalFrame) -> Result<Target> 
 struct Scene<'f> {
     specular: Parts,
     all: Parts,
+    /// What diffuse light goes to and comes back from.
+    focus: Parts,
     target: Option<Target>,
     frame: &'f LocalFrame,
 }
 
 impl Scene<'_> {
-    fn source(&self, light: usize, of: &Light) -> Result<Source> {
+    /// What the lights send there that send anything.
+    fn sources(&self, lights: &[Light], aim: Aim) -> Result<Vec<Source>> {
+        let sources = lights.iter().enumerate().map(|(index, light)| self.source(index, light, aim));
+        let sources: Vec<Option<Source>> = sources.collect::<Result<_>>()?;
+        Ok(sources.into_iter().flatten().filter(|source| mean(source.flux) > 0.0).collect())
+    }
+
+    fn source(&self, light: usize, of: &Light, aim: Aim) -> Result<Option<Source>> {
         let unit2 = self.frame.unit * self.frame.unit;
         Ok(match of {
             Light::Point { position, intensity } => {
-                self.point(light, self.frame.point(*position), intensity.map(|i| i / unit2))?
+                let place = self.frame.point(*position);
+                let intensity = intensity.map(|i| i / unit2);
+                let target = self.target_from(&[place], aim);
+                let through = target.map(|target| point(light, place, intensity, &target)).transpose()?;
+                point_around(place, intensity).or_through(through, aim)
             }
             Light::Directional { direction, irradiance } => {
-                self.directional(light, direction.normalize(), *irradiance)?
+                self.directional(light, direction.normalize(), *irradiance, aim)?
             }
             Light::Rectangle { centre, edge_u, edge_v, radiance } => {
                 let [u, v] = [*edge_u / self.frame.unit, *edge_v / self.frame.unit];
-                self.rectangle(RectangleLight { centre: self.frame.point(*centre), u, v }, *radiance)
+                let from = RectangleLight { centre: self.frame.point(*centre), u, v };
+                let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[u, v]| from.at(u, v));
+                let target = self.target_from(&corners, aim);
+                let through = target.map(|target| from.through(&target, *radiance));
+                from.around(*radiance).or_through(through, aim)
             }
         })
     }
 
     /// The rectangle for light from these places, unless it is everything.
-    fn target_from(&self, places: &[DVec3]) -> Option<Target> {
+    fn target_from(&self, places: &[DVec3], aim: Aim) -> Option<Target> {
+        if aim != Aim::Specular {
+            return near(&self.focus, &self.all, places);
+        }
         let covering = || if self.specular.unbounded { None } else { self.specular.seen_from(places) };
         self.target.or_else(covering)
     }
 
-    fn point(&self, light: usize, place: DVec3, intensity: [f64; 3]) -> Result<Source> {
-        let emitter = Emitter { place: float4(place, 0.0), ..Emitter::zeroed() };
-        let Some(target) = self.target_from(&[place]) else {
-            let flux = intensity.map(|i| 4.0 * PI * i);
-            // Turns across, heights up: 2 pi by 2 at the equator.
-            return Ok(Source { emitter: Emitter { way: way::SPHERE, ..emitter }, flux, aspect: PI });
-        };
-        let [u, v] = [target.edge_u, target.edge_v].map(DVec3::normalize);
-        let corner = target.corner() - place;
-        let corner = DVec3::new(corner.dot(u), corner.dot(v), corner.dot(target.normal()));
-        let size = [target.edge_u.length(), target.edge_v.length()];
-        if corner.z.abs() <= LEAST_HEIGHT * (size[0] + size[1]) {
-            return Err(Error::Input(format!(
-                "the target of the photons is seen edge-on from `light.{light}`; it must not lie in one plane with a light"
-            )));
-        }
-        let angle = solid_angle(corner, size);
-        let emitter = Emitter {
-            power: float4(DVec3::from_array(intensity), 0.0),
-            corner: float4(corner, 0.0),
-            edge_u: float4(u, size[0]),
-            edge_v: float4(v, size[1]),
-            normal: float4(target.normal(), 0.0),
-            way: way::POINT,
-            ..emitter
-        };
-        Ok(Source { emitter, flux: intensity.map(|i| i * angle), aspect: size[0] / size[1] })
-    }
-
-    fn directional(&self, light: usize, direction: DVec3, irradiance: [f64; 3]) -> Result<Source> {
+    fn directional(
+        &self,
+        light: usize,
+        direction: DVec3,
+        irradiance: [f64; 3],
+        aim: Aim,
+    ) -> Result<Option<Source>> {
         let covering = if self.specular.unbounded { &self.all } else { &self.specular };
         let covered = || (!covering.parts.is_empty()).then(|| covering.seen_along(direction));
-        let target = self.target.or_else(covered).ok_or_else(|| {
-            Error::Input(format!(
-                "photons of `light.{light}`, which is directional, need a target: nothing in the scene has bounds"
-            ))
-        })?;
-        let area = target.area() * target.normal().dot(direction).abs();
-        let emitter = Emitter {
-            place: float4(direction, self.all.begins_along(direction)),
-            corner: float4(target.corner(), 0.0),
-            edge_u: float4(target.edge_u, 0.0),
-            edge_v: float4(target.edge_v, 0.0),
-            normal: float4(target.normal(), 0.0),
-            way: way::DIRECTIONAL,
-            ..Emitter::zeroed()
+        let target = match aim {
+            Aim::Specular => Some(self.target.or_else(covered).ok_or_else(|| {
+                Error::Input(format!(
+                    "photons of `light.{light}`, which is directional, need a target: nothing in the scene has bounds"
+                ))
+            })?),
+            Aim::Near => near_along(&self.all, direction).or(self.target),
+            Aim::Elsewhere => None,
         };
-        let aspect = target.edge_u.length() / target.edge_v.length();
-        Ok(Source { emitter, flux: irradiance.map(|e| e * area), aspect })
+        Ok(target.map(|target| {
+            let area = target.area() * target.normal().dot(direction).abs();
+            let emitter = Emitter {
+                place: float4(direction, self.all.begins_along(direction)),
+                corner: float4(target.corner(), 0.0),
+                edge_u: float4(target.edge_u, 0.0),
+                edge_v: float4(target.edge_v, 0.0),
+                normal: float4(target.normal(), 0.0),
+                way: way::DIRECTIONAL,
+                ..Emitter::zeroed()
+            };
+            let aspect = target.edge_u.length() / target.edge_v.length();
+            Source { emitter, flux: irradiance.map(|e| e * area), aspect }
+        }))
     }
+}
 
-    fn rectangle(&self, light: RectangleLight, radiance: [f64; 3]) -> Source {
-        let emitter = Emitter {
-            place: float4(light.centre, 0.0),
-            light_u: float4(light.u, 0.0),
-            light_v: float4(light.v, 0.0),
-            light_normal: float4(light.normal(), 0.0),
-            ..Emitter::zeroed()
-        };
-        let places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[u, v]| light.at(u, v));
-        let Some(target) = self.target_from(&places) else {
-            let flux = radiance.map(|l| PI * l * light.area());
-            let aspect = light.u.length() / light.v.length();
-            return Source { emitter: Emitter { way: way::HEMISPHERE, ..emitter }, flux, aspect };
-        };
-        let seen = light.seen_by(&target);
-        let areas = light.area() * target.area();
-        let emitter = Emitter {
-            power: float4(DVec3::from_array(radiance) * areas, 0.0),
-            corner: float4(target.corner(), 0.0),
-            edge_u: float4(target.edge_u, 0.0),
-            edge_v: float4(target.edge_v, 0.0),
-            normal: float4(target.normal(), 0.0),
-            way: way::RECTANGLE,
-            ..emitter
-        };
-        let aspect = target.edge_u.length() / target.edge_v.length();
-        Source { emitter, flux: radiance.map(|l| l * seen), aspect }
+impl Source {
+    /// All around, or through a target if there is one; or all around but for that, if there is anything elsewhere.
+    fn or_through(self, through: Option<Source>, aim: Aim) -> Option<Source> {
+        match (aim, through) {
+            (Aim::Elsewhere, through) => through.map(|through| {
+                let emitter = Emitter { way: self.emitter.way, except: 1, ..through.emitter };
+                Source { emitter, ..self }
+            }),
+            (_, through) => Some(through.unwrap_or(self)),
+        }
     }
+}
+
+fn point_around(place: DVec3, intensity: [f64; 3]) -> Source {
+    let emitter = Emitter { place: float4(place, 0.0), way: way::SPHERE, ..Emitter::zeroed() };
+    // Turns across, heights up: 2 pi by 2 at the equator.
+    Source { emitter, flux: intensity.map(|i| 4.0 * PI * i), aspect: PI }
+}
+
+fn point(light: usize, place: DVec3, intensity: [f64; 3], target: &Target) -> Result<Source> {
+    let [u, v] = [target.edge_u, target.edge_v].map(DVec3::normalize);
+    let corner = target.corner() - place;
+    let corner = DVec3::new(corner.dot(u), corner.dot(v), corner.dot(target.normal()));
+    let size = [target.edge_u.length(), target.edge_v.length()];
+    if corner.z.abs() <= LEAST_HEIGHT * (size[0] + size[1]) {
+        return Err(Error::Input(format!(
+            "the target of the photons is seen edge-on from `light.{light}`; it must not lie in one plane with a light"
+        )));
+    }
+    let angle = solid_angle(corner, size);
+    let emitter = Emitter {
+        place: float4(place, 0.0),
+        power: float4(DVec3::from_array(intensity), 0.0),
+        corner: float4(corner, 0.0),
+        edge_u: float4(u, size[0]),
+        edge_v: float4(v, size[1]),
+        normal: float4(target.normal(), 0.0),
+        way: way::POINT,
+        ..Emitter::zeroed()
+    };
+    Ok(Source { emitter, flux: intensity.map(|i| i * angle), aspect: size[0] / size[1] })
 }
 
 /// A rectangular light (or a parallelogram), local units.
@@ -284,6 +323,38 @@ impl RectangleLight {
 
     fn area(&self) -> f64 {
         self.u.cross(self.v).length()
+    }
+
+    fn emitter(&self) -> Emitter {
+        Emitter {
+            place: float4(self.centre, 0.0),
+            light_u: float4(self.u, 0.0),
+            light_v: float4(self.v, 0.0),
+            light_normal: float4(self.normal(), 0.0),
+            ..Emitter::zeroed()
+        }
+    }
+
+    fn around(&self, radiance: [f64; 3]) -> Source {
+        let flux = radiance.map(|l| PI * l * self.area());
+        let aspect = self.u.length() / self.v.length();
+        Source { emitter: Emitter { way: way::HEMISPHERE, ..self.emitter() }, flux, aspect }
+    }
+
+    fn through(&self, target: &Target, radiance: [f64; 3]) -> Source {
+        let seen = self.seen_by(target);
+        let areas = self.area() * target.area();
+        let emitter = Emitter {
+            power: float4(DVec3::from_array(radiance) * areas, 0.0),
+            corner: float4(target.corner(), 0.0),
+            edge_u: float4(target.edge_u, 0.0),
+            edge_v: float4(target.edge_v, 0.0),
+            normal: float4(target.normal(), 0.0),
+            way: way::RECTANGLE,
+            ..self.emitter()
+        };
+        let aspect = target.edge_u.length() / target.edge_v.length();
+        Source { emitter, flux: radiance.map(|l| l * seen), aspect }
     }
 
     fn at(&self, u: f64, v: f64) -> DVec3 {
@@ -316,14 +387,9 @@ fn solid_angle(corner: DVec3, size: [f64; 2]) -> f64 {
     part(x + size[0], y + size[1]) - part(x + size[0], y) - part(x, y + size[1]) + part(x, y)
 }
 
-/// So many photons for each flux, one at least and together `photons`: the largest remainders get what is left over.
-fn shares(fluxes: &[f64], photons: u32) -> Result<Vec<u32>> {
+/// So many photons for each flux, one at least and together `photons`, which are as many at least: the largest remainders get what is left over.
+fn shares(fluxes: &[f64], photons: u32) -> Vec<u32> {
     let lights = fluxes.len() as u32;
-    if photons < lights {
-        return Err(Error::Input(format!(
-            "{photons} photons are too few for {lights} lights: each light that shines needs one at least"
-        )));
-    }
     let total: f64 = fluxes.iter().sum();
     let spare = f64::from(photons - lights);
     let exact: Vec<f64> = fluxes.iter().map(|flux| spare * (flux / total)).collect();
@@ -340,7 +406,7 @@ fn shares(fluxes: &[f64], photons: u32) -> Result<Vec<u32>> {
             _ => {}
         }
     }
-    Ok(counts)
+    counts
 }
 
 /// The emitter with its photons and their flux.

@@ -6,11 +6,11 @@ device_struct! {
     "types/photon.cl",
     /// Where the flux of some photons went: means over channels, over the square of the local unit.
     pub struct PhotonAccount {
-        /// Emitted, stored, met diffuse surfaces directly, absorbed.
+        /// Emitted, stored, met diffuse surfaces directly (of reflected ones: is of another role), absorbed.
         pub met: [f32; 4],
         /// What `met` cannot hold.
         pub met_low: [f32; 4],
-        /// Escaped, cut.
+        /// Escaped, cut by the limit on depth, and by that on bounces.
         pub lost: [f32; 4],
         /// What `lost` cannot hold.
         pub lost_low: [f32; 4],
@@ -102,6 +102,85 @@ impl PhotonLedger {
     /// without any.
     pub fn imbalance(&self) -> f64 {
         let ends = self.stored + self.direct + self.absorbed + self.escaped + self.truncated;
+        if self.emitted == 0.0 { 0.0 } else { (ends - self.emitted) / self.emitted }
+    }
+}
+
+/// The same of photons that diffuse surfaces reflect. Where they are stored is not where they end: what surfaces receive
+/// stands beside what became of the flux.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BouncedLedger {
+    /// What left the lights for these photons.
+    pub emitted: f64,
+    /// Went the way of other photons.
+    pub others: f64,
+    /// Absorbed by diffuse surfaces, by mirrors and inside glass. What Russian roulette takes and adds is here, too.
+    pub absorbed: f64,
+    /// Left the scene.
+    pub escaped: f64,
+    /// Lost to the limit on reflections and refractions.
+    pub truncated: f64,
+    /// Would have been reflected by diffuse surfaces once more than `bounces`.
+    pub beyond: f64,
+    /// Stored: what diffuse surfaces receive of diffuse ones.
+    pub received: f64,
+    /// Photons emitted.
+    pub photons: u64,
+    /// Photons stored.
+    pub stored_photons: u64,
+}
+
+impl BouncedLedger {
+    /// Sums up what the device entered; `unit`: scene units per local unit.
+    pub fn of(accounts: &[PhotonAccount], unit: f64) -> Self {
+        let area = unit * unit;
+        accounts.iter().fold(Self::default(), |all, account| {
+            let met = |i: usize| area * (f64::from(account.met[i]) + f64::from(account.met_low[i]));
+            let lost = |i: usize| area * (f64::from(account.lost[i]) + f64::from(account.lost_low[i]));
+            all.plus(&Self {
+                emitted: met(0),
+                others: met(2),
+                absorbed: met(3),
+                escaped: lost(0),
+                truncated: lost(1),
+                beyond: lost(2),
+                received: met(1),
+                photons: account.photons.into(),
+                stored_photons: account.stored.into(),
+            })
+        })
+    }
+
+    /// Both together.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        self.with(other, 1.0, u64::wrapping_add)
+    }
+
+    /// What the first has beyond the second.
+    #[must_use]
+    pub fn minus(&self, other: &Self) -> Self {
+        self.with(other, -1.0, u64::wrapping_sub)
+    }
+
+    fn with(&self, other: &Self, sign: f64, count: impl Fn(u64, u64) -> u64) -> Self {
+        Self {
+            emitted: self.emitted + sign * other.emitted,
+            others: self.others + sign * other.others,
+            absorbed: self.absorbed + sign * other.absorbed,
+            escaped: self.escaped + sign * other.escaped,
+            truncated: self.truncated + sign * other.truncated,
+            beyond: self.beyond + sign * other.beyond,
+            received: self.received + sign * other.received,
+            photons: count(self.photons, other.photons),
+            stored_photons: count(self.stored_photons, other.stored_photons),
+        }
+    }
+
+    /// What is missing in others + absorbed + escaped + truncated + beyond = emitted, as a share of what was emitted; 0
+    /// without any.
+    pub fn imbalance(&self) -> f64 {
+        let ends = self.others + self.absorbed + self.escaped + self.truncated + self.beyond;
         if self.emitted == 0.0 { 0.0 } else { (ends - self.emitted) / self.emitted }
     }
 }

@@ -4,7 +4,7 @@
 //! (`cl/caustics/gather.cl`), all in local units. Whatever the order of the launches' work-items, the map is the same bit for
 //! bit.
 
-use super::map_cells::Cells;
+use super::map_cells::{Cells, Focus};
 use super::map_types::{Acceleration, MapFrame, MapSettings};
 use super::photon::Photon;
 use super::receivers::{Receiver, number_planes};
@@ -53,6 +53,7 @@ pub struct PhotonMap {
     sorter: Option<Sorter<u32>>,
     ranges: Option<CellRanges>,
     planes: u32,
+    focus: Option<Focus>,
     keys: Buffer<u32>,
     corners: [Buffer<[f32; 4]>; 2],
     frame: Buffer<MapFrame>,
@@ -108,6 +109,7 @@ impl PhotonMap {
             sorter,
             ranges: cells.then(ranges).transpose()?,
             planes,
+            focus: None,
             keys: Buffer::uninitialised(device, if sorted { capacity } else { 0 })?,
             corners: [corners()?, corners()?],
             frame: Buffer::from_slice(device, &[bytemuck::Zeroable::zeroed()])?,
@@ -116,6 +118,12 @@ impl PhotonMap {
             no_keys: Buffer::zeroed(device, 1)?,
             no_ranges: Buffer::zeroed(device, 1)?,
         })
+    }
+
+    /// The same with cells about a focus, where there would be too many for the table.
+    #[must_use]
+    pub fn focused(self, focus: Focus) -> Self {
+        Self { focus: Some(focus), ..self }
     }
 
     /// What a map takes of a device.
@@ -214,8 +222,12 @@ impl PhotonMap {
         let Bounds { low, high, valid } = self.bounds(device, photons, count)?;
         facts.valid = valid;
         let planar = self.settings.acceleration == Acceleration::Planar;
-        let cells = (self.settings.has_cells() && valid > 0)
-            .then(|| Cells::new(low, high, radius.into(), planar.then_some(self.planes)));
+        let cells = (self.settings.has_cells() && valid > 0).then(|| {
+            let planes = planar.then_some(self.planes);
+            // Planes have coordinates of their own.
+            let focus = self.focus.filter(|_| !planar);
+            Cells::around(low, high, radius.into(), planes, focus, self.settings.table_cells)
+        });
         self.write_frame(device, radius, valid, cells.as_ref())?;
         facts.launches = 1;
         if valid == 0 {
@@ -290,8 +302,8 @@ impl PhotonMap {
     }
 
     fn write_frame(&self, device: &Device, radius: f32, count: usize, cells: Option<&Cells>) -> Result<()> {
-        let Cells { low: [x, y, z], scale, dims: [nx, ny, nz] } =
-            cells.copied().unwrap_or(Cells { low: [0.0; 3], scale: 0.0, dims: [0; 3] });
+        let none = Cells { low: [0.0; 3], scale: 0.0, dims: [0; 3], clamped: false };
+        let Cells { low: [x, y, z], scale, dims: [nx, ny, nz], clamped } = cells.copied().unwrap_or(none);
         let MapSettings { weighting, paper_weights, .. } = self.settings;
         let norm = |integral: f64| if paper_weights { 1.0 } else { (1.0 / integral) as f32 };
         let wide = f64::from(radius);
@@ -310,7 +322,7 @@ impl PhotonMap {
             stride: stride(self.capacity) as u32,
             tabled: cells.is_some_and(|cells| cells.fit_table(&self.settings)).into(),
             radius,
-            pad_0: 0,
+            margin: if clamped { 0.0 } else { 2.0 },
         };
         self.frame.write(device, 0, &[frame])
     }

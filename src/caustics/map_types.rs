@@ -118,7 +118,7 @@ impl MapSettings {
         self.acceleration != Acceleration::BruteForce
     }
 
-    pub(super) fn has_cells(&self) -> bool {
+    pub(crate) fn has_cells(&self) -> bool {
         matches!(self.acceleration, Acceleration::Voxels | Acceleration::Planar)
     }
 }
@@ -145,7 +145,7 @@ device_struct! {
         pub tabled: u32,
         /// The radius.
         pub radius: f32,
-        /// Padding.
-        pub pad_0: u32,
+        /// How many cells beyond the box places are told apart.
+        pub margin: f32,
     }
 }

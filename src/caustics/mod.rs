@@ -2,6 +2,7 @@
 //! (Jensen 2001; Bogolepov, Sopin and Turlapov's voxel structure). The kernels are `cl/caustics/`.
 //!
 //! - `emission`, `target`, `spectrum`: what leaves the lights, and where to
+//! - `roles`: which paths are whose photons
 //! - `photons`, `ledger`: photons on their way, and where their flux went
 //! - `map`, `map_cells`, `map_types`, `receivers`: photons in an order in which those near a point are found
 //! - `radius`: how far they are gathered from, pass by pass
@@ -19,13 +20,15 @@ mod photon;
 mod photons;
 mod radius;
 mod receivers;
+mod roles;
 mod settings;
 mod spectrum;
 mod target;
 
 pub use emission::{Emission, EmissionSettings, Emitter, TargetRectangle, emitters};
-pub use ledger::{PhotonAccount, PhotonLedger};
+pub use ledger::{BouncedLedger, PhotonAccount, PhotonLedger};
 pub use map::{MapFacts, PhotonMap};
+pub use map_cells::Focus;
 pub use map_types::{Acceleration, MapFrame, MapSettings, Weighting};
 pub use pass_ledger::PassLedger;
 pub use passes::{PassFacts, Passes};
@@ -33,5 +36,6 @@ pub use photon::Photon;
 pub use photons::{PhotonFrame, PhotonSettings, PhotonTracer};
 pub use radius::pass_radius;
 pub use receivers::Receiver;
+pub use roles::diffuse_light_returns;
 pub use settings::{map_settings, photon_settings, receiver};
 pub use spectrum::{WAVELENGTHS, color_of, mean_color};

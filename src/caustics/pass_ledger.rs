@@ -1,6 +1,6 @@
 //! The ledger of a picture's photons, and how it stands in the header of an image.
 
-use super::PhotonLedger;
+use super::{BouncedLedger, PhotonLedger};
 use crate::render::number;
 use std::collections::BTreeMap;
 
@@ -11,16 +11,20 @@ pub struct PassLedger {
     pub passes: u32,
     /// Sums over the passes, each of which has the whole light.
     pub flux: PhotonLedger,
+    /// The same of photons that diffuse surfaces reflect.
+    pub bounced: BouncedLedger,
 }
 
 /// What the header says of the numbers.
 pub(crate) const MEANING: &str = "photons_stored + direct + absorbed + escaped + truncated = emitted: flux in W, the mean \
-     over channels, summed over photon_passes passes of photons; direct met a diffuse surface first, and is not stored";
+     over channels, summed over photon_passes passes of photons; direct met a diffuse surface first, and is not stored; \
+     of photons that diffuse surfaces reflect, bounced_others + absorbed + escaped + truncated + beyond = emitted: others \
+     went the way of other photons, beyond is what the limit on bounces cuts, and received is what surfaces get";
 
 impl PassLedger {
     /// The totals as they stand in the header of an image: key (after `svetlo.`) and value. Numbers come back from their
     /// text as they were.
-    pub(crate) fn entries(&self) -> [(&'static str, String); 9] {
+    pub(crate) fn entries(&self) -> [(&'static str, String); 18] {
         let PhotonLedger { emitted, stored, direct, absorbed, escaped, truncated, photons, stored_photons } =
             self.flux;
         [
@@ -33,6 +37,15 @@ impl PassLedger {
             ("photons_absorbed", absorbed.to_string()),
             ("photons_escaped", escaped.to_string()),
             ("photons_truncated", truncated.to_string()),
+            ("bounced", self.bounced.photons.to_string()),
+            ("bounced_in_maps", self.bounced.stored_photons.to_string()),
+            ("bounced_emitted", self.bounced.emitted.to_string()),
+            ("bounced_others", self.bounced.others.to_string()),
+            ("bounced_absorbed", self.bounced.absorbed.to_string()),
+            ("bounced_escaped", self.bounced.escaped.to_string()),
+            ("bounced_truncated", self.bounced.truncated.to_string()),
+            ("bounced_beyond", self.bounced.beyond.to_string()),
+            ("bounced_received", self.bounced.received.to_string()),
         ]
     }
 
@@ -51,7 +64,18 @@ impl PassLedger {
             escaped: number(header, "photons_escaped")?,
             truncated: number(header, "photons_truncated")?,
         };
-        Ok(Self { passes: number(header, "photon_passes")?, flux })
+        let bounced = BouncedLedger {
+            photons: number(header, "bounced")?,
+            stored_photons: number(header, "bounced_in_maps")?,
+            emitted: number(header, "bounced_emitted")?,
+            others: number(header, "bounced_others")?,
+            absorbed: number(header, "bounced_absorbed")?,
+            escaped: number(header, "bounced_escaped")?,
+            truncated: number(header, "bounced_truncated")?,
+            beyond: number(header, "bounced_beyond")?,
+            received: number(header, "bounced_received")?,
+        };
+        Ok(Self { passes: number(header, "photon_passes")?, flux, bounced })
     }
 }
 
@@ -71,7 +95,18 @@ mod tests {
             photons: u64::MAX,
             stored_photons: 3,
         };
-        let ledger = PassLedger { passes: 17, flux };
+        let bounced = BouncedLedger {
+            emitted: 1e300,
+            others: 1.0 / 7.0,
+            absorbed: -0.1,
+            escaped: 0.7,
+            truncated: 1e-300,
+            beyond: 2.5,
+            received: 4.0 / 3.0,
+            photons: 5,
+            stored_photons: 4,
+        };
+        let ledger = PassLedger { passes: 17, flux, bounced };
         let mut header: BTreeMap<String, String> =
             ledger.entries().into_iter().map(|(key, value)| (format!("svetlo.{key}"), value)).collect();
         assert_eq!(PassLedger::read(&header), Ok(ledger));

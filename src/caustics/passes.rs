@@ -2,7 +2,10 @@
 //!
 //! A pass is a function of its number and the scene alone, so a render may be cut, stopped and resumed anywhere.
 
-use super::{MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonTracer, pass_radius, photon_settings};
+use super::{
+    BouncedLedger, Focus, MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonTracer, pass_radius,
+    photon_settings,
+};
 use crate::Result;
 use crate::device::{Arg, Device, LAUNCH_TARGET, Pacer};
 use crate::render::Plan;
@@ -54,7 +57,7 @@ pub struct Passes {
     /// Of the first passes of the picture.
     ledger: PassLedger,
     /// What the tracer has entered up to the pass before.
-    entered: PhotonLedger,
+    entered: (PhotonLedger, BouncedLedger),
     facts: PassFacts,
     /// Time to build the kernels, or to load them.
     pub build_time: Duration,
@@ -78,6 +81,11 @@ impl Passes {
             &settings,
         )?;
         let mut map = PhotonMap::new(device, setup.map, &setup.receivers, tracer.capacity() as usize)?;
+        if let Some(bounds) = setup.surfaces.bounds {
+            let centre = plan.local.point(bounds.centre()).as_vec3().to_array();
+            let reach = (0.5 * bounds.size().max_element() / plan.local.unit) as f32;
+            map = map.focused(Focus { centre, reach });
+        }
         // Kernels take a map, be it an empty one.
         map.build(device, tracer.photons(), 0, setup.radius as f32)?;
         Ok(Self {
@@ -91,7 +99,7 @@ impl Passes {
             mapped: None,
             pacer: Pacer::new(LAUNCH_TARGET),
             ledger: PassLedger::default(),
-            entered: PhotonLedger::default(),
+            entered: Default::default(),
             facts: PassFacts { photons: tracer.capacity(), ..PassFacts::default() },
             tracer,
         })
@@ -129,11 +137,12 @@ impl Passes {
         let map = self.map.build(device, self.tracer.photons(), done as usize, radius as f32)?;
         self.mapped = Some(pass);
         self.note(&map, radius);
-        let entered = self.tracer.ledger(device)?;
+        let entered = (self.tracer.ledger(device)?, self.tracer.bounced(device)?);
         // A pass that an earlier run began is there already.
         if pass >= self.ledger.passes {
-            let flux = self.ledger.flux.plus(&entered.minus(&self.entered));
-            self.ledger = PassLedger { passes: pass + 1, flux };
+            let flux = self.ledger.flux.plus(&entered.0.minus(&self.entered.0));
+            let bounced = self.ledger.bounced.plus(&entered.1.minus(&self.entered.1));
+            self.ledger = PassLedger { passes: pass + 1, flux, bounced };
         }
         self.entered = entered;
         Ok(())

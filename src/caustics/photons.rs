@@ -1,8 +1,9 @@
-//! Tracing photons: `cl/caustics/photons.cl` on a device.
+//! Tracing photons: `cl/caustics/photons.cl` and `cl/caustics/bounces.cl` on a device.
 
 use super::emission::{EmissionSettings, Emitter, emitters};
-use super::ledger::{PhotonAccount, PhotonLedger};
+use super::ledger::{BouncedLedger, PhotonAccount, PhotonLedger};
 use super::photon::Photon;
+use super::roles::{guide, role};
 use super::spectrum::mean_color;
 use crate::device::{Arg, Buffer, Device, Kernel, MemoryPlan, Program, ProgramSpec};
 use crate::render::local::LocalFrame;
@@ -10,6 +11,7 @@ use crate::scene::Light;
 use crate::surfaces::{DeviceMaterial, SurfaceArrays, SurfaceBuffers};
 use crate::{Error, Result, device_struct};
 use bytemuck::Zeroable;
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -22,6 +24,8 @@ device_struct! {
     pub struct PhotonFrame {
         /// Per channel, over the mean of all wavelengths.
         pub white: [f32; 4],
+        /// A ball to which diffuse surfaces send half of the photons.
+        pub guide: [f32; 4],
         /// Low half of the seed.
         pub seed_low: u32,
         /// High half of the seed.
@@ -34,10 +38,10 @@ device_struct! {
         pub plane_count: u32,
         /// Nodes of the hierarchy.
         pub node_count: u32,
+        /// Diffuse reflections, at most.
+        pub bounces: u32,
         /// Padding.
         pub pad_0: u32,
-        /// Padding.
-        pub pad_1: u32,
     }
 }
 
@@ -46,8 +50,10 @@ device_struct! {
 pub struct PhotonSettings {
     /// How many, and where to.
     pub emission: EmissionSettings,
-    /// Reflections and refractions that a photon goes through at most.
+    /// Reflections and refractions that a photon goes through at most, besides diffuse reflections.
     pub depth: u32,
+    /// Diffuse reflections that a photon goes through at most; those of `emission.bounces` need some.
+    pub bounces: u32,
     /// Of the random numbers.
     pub seed: u64,
     /// Whether photons are stored, too, that meet a diffuse surface first. Cameras see their light by other means.
@@ -60,6 +66,8 @@ pub struct PhotonSettings {
 /// cut, and whichever passes came before.
 pub struct PhotonTracer {
     kernel: Kernel,
+    /// For the photons from the first that diffuse surfaces reflect, with accounts of their own.
+    bounce: Option<(u32, Kernel, Buffer<PhotonAccount>)>,
     frame: Buffer<PhotonFrame>,
     emitters: Buffer<Emitter>,
     surfaces: Arc<SurfaceBuffers>,
@@ -86,27 +94,35 @@ impl PhotonTracer {
     ) -> Result<Self> {
         let emitters = emitters(lights, surfaces, frame, &settings.emission)?;
         let capacity = emitters.iter().map(|emitter| emitter.count).sum();
+        let bounced =
+            emitters.iter().find(|emitter| emitter.role != role::CAUSTIC).map(|emitter| emitter.first);
         let mut plan = MemoryPlan::default();
         Self::memory(&mut plan, capacity);
         plan.check(device.info())?;
-        let program = Program::build(device, &Self::program(surfaces, settings))?;
+        let program = Program::build(device, &Self::program(surfaces, settings, bounced.is_some()))?;
+        let bounce = bounced.map(|first| {
+            let kernel = program.kernel(device, "photons_bounce")?;
+            Ok::<_, Error>((first, kernel, Buffer::zeroed(device, ACCOUNTS)?))
+        });
         let [seed_low, seed_high] = [settings.seed as u32, (settings.seed >> 32) as u32];
         let [r, g, b] = mean_color().map(|mean| (1.0 / mean) as f32);
         let parameters = PhotonFrame {
             white: [r, g, b, 0.0],
+            guide: guide(surfaces),
             seed_low,
             seed_high,
             emitters: emitters.len() as u32,
             depth: settings.depth,
             plane_count: buffers.plane_count,
             node_count: buffers.node_count,
+            bounces: settings.bounces,
             pad_0: 0,
-            pad_1: 0,
         };
         // No kernel takes an empty buffer.
         let listed = if emitters.is_empty() { vec![Emitter::zeroed()] } else { emitters };
         Ok(Self {
             kernel: program.kernel(device, "photons_trace")?,
+            bounce: bounce.transpose()?,
             frame: Buffer::from_slice(device, &[parameters])?,
             emitters: Buffer::from_slice(device, &listed)?,
             surfaces: buffers,
@@ -118,10 +134,11 @@ impl PhotonTracer {
         })
     }
 
-    /// The program for these surfaces.
-    pub fn program(surfaces: &SurfaceArrays, settings: &PhotonSettings) -> ProgramSpec {
+    /// The program for these surfaces, and for photons that diffuse ones reflect if there are any.
+    pub fn program(surfaces: &SurfaceArrays, settings: &PhotonSettings, bounces: bool) -> ProgramSpec {
+        let entry = if bounces { "caustics/bounces.cl" } else { "caustics/photons.cl" };
         surfaces
-            .specialise(ProgramSpec::new("caustics/photons.cl"))
+            .specialise(ProgramSpec::new(entry))
             .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
             .feature("STORE_DIRECT", settings.store_direct)
     }
@@ -129,7 +146,7 @@ impl PhotonTracer {
     /// Adds what so many photons take on the device.
     pub fn memory(plan: &mut MemoryPlan, photons: u32) {
         plan.add("photons", photons.into(), size_of::<Photon>());
-        plan.add("accounts of photons", ACCOUNTS as u64, size_of::<PhotonAccount>());
+        plan.add("accounts of photons", 2 * ACCOUNTS as u64, size_of::<PhotonAccount>());
     }
 
     /// Traces photons [`first`, `first` + `count`) of a pass into their slots; waits.
@@ -144,13 +161,22 @@ impl PhotonTracer {
                 self.capacity
             ))
         })?;
-        for from in (first..end).step_by(ACCOUNTS) {
-            let part = (end - from).min(ACCOUNTS as u32);
-            let mut arguments = vec![Arg::from(&self.frame), (&self.emitters).into()];
-            arguments.extend(self.surfaces.arguments());
-            arguments.extend([(&self.photons).into(), (&self.accounts).into()]);
-            arguments.extend([ACCOUNTS as u32, pass, from, part].map(Arg::from));
-            self.kernel.enqueue(device, &arguments, [part as usize, 1, 1])?;
+        let Self { kernel, bounce, frame, emitters, surfaces, photons, accounts, .. } = self;
+        let launch = |kernel: &mut Kernel, accounts: &Buffer<PhotonAccount>, range: Range<u32>| {
+            for from in range.clone().step_by(ACCOUNTS) {
+                let part = (range.end - from).min(ACCOUNTS as u32);
+                let mut arguments = vec![Arg::from(&*frame), (&*emitters).into()];
+                arguments.extend(surfaces.arguments());
+                arguments.extend([(&*photons).into(), accounts.into()]);
+                arguments.extend([ACCOUNTS as u32, pass, from, part].map(Arg::from));
+                kernel.enqueue(device, &arguments, [part as usize, 1, 1])?;
+            }
+            Ok::<_, Error>(())
+        };
+        let bounced = bounce.as_ref().map_or(end, |(first, ..)| *first).clamp(first, end);
+        launch(kernel, accounts, first..bounced)?;
+        if let Some((_, kernel, accounts)) = bounce {
+            launch(kernel, accounts, bounced..end)?;
         }
         device.finish()?;
         Ok(start.elapsed())
@@ -166,7 +192,16 @@ impl PhotonTracer {
         self.capacity
     }
 
-    /// Where the flux of all photons traced so far went, scene units.
+    /// Where the flux of all photons that diffuse surfaces reflect went so far, scene units.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails.
+    pub fn bounced(&self, device: &Device) -> Result<BouncedLedger> {
+        let Some((_, _, accounts)) = &self.bounce else { return Ok(BouncedLedger::default()) };
+        Ok(BouncedLedger::of(&accounts.read(device)?, self.unit))
+    }
+
+    /// Where the flux of all other photons traced so far went, scene units.
     ///
     /// # Errors
     /// [`Error::Failed`] when the device fails.

@@ -19,8 +19,14 @@ pub fn photon_settings(settings: &scene::Caustics, seed: u64) -> PhotonSettings 
         PhotonFlux::Equal => Emission::Equal,
     };
     PhotonSettings {
-        emission: EmissionSettings { photons: settings.photons, emission, target },
+        emission: EmissionSettings {
+            photons: settings.photons,
+            emission,
+            target,
+            bounces: settings.bounces > 0,
+        },
         depth: settings.depth,
+        bounces: settings.bounces,
         seed,
         store_direct: settings.direct == CausticsDirect::Photons,
     }

@@ -82,6 +82,15 @@ impl Parts {
         0.5 * (low + high)
     }
 
+    /// How far they reach from a place.
+    pub fn radius_about(&self, place: DVec3) -> f64 {
+        let reach = |part: &Part| match *part {
+            Part::Point(at) => at.distance(place),
+            Part::Sphere(at, radius) => at.distance(place) + radius,
+        };
+        self.parts.iter().map(reach).fold(0.0, f64::max)
+    }
+
     /// The rectangle that all rays cross from any of the places (the corners of a light) to any of the parts. `None` where
     /// they are too near for that.
     pub fn seen_from(&self, places: &[DVec3]) -> Option<Target> {

@@ -9,8 +9,8 @@ const MUCH_TRUNCATED: f64 = 1e-3;
 
 /// One line: how many there were, and where their flux went. Nothing where there were none.
 pub fn line(ledger: &PassLedger, facts: &PassFacts) -> Option<String> {
-    let flux = &ledger.flux;
-    if flux.photons == 0 {
+    let (flux, bounced) = (&ledger.flux, &ledger.bounced);
+    if flux.photons + bounced.photons == 0 {
         return None;
     }
     let share = |part: f64| percent(part / flux.emitted);
@@ -21,14 +21,24 @@ pub fn line(ledger: &PassLedger, facts: &PassFacts) -> Option<String> {
         ("escaped", flux.escaped),
         ("cut by method.depth", flux.truncated),
     ];
-    let parts: Vec<String> = parts
+    let mut parts: Vec<String> = parts
         .into_iter()
         .filter(|(_, part)| *part != 0.0)
         .map(|(what, part)| format!("{} {what}", share(part)))
         .collect();
+    if let Some(first) = parts.first_mut() {
+        first.insert_str(0, "of their flux ");
+    }
+    if bounced.photons > 0 {
+        parts.push(format!(
+            "diffuse surfaces reflected {:.3} W to each other in a pass, by {} photons",
+            bounced.received / f64::from(ledger.passes),
+            bounced.photons
+        ));
+    }
     Some(format!(
-        "photons: {} in {} passes; of their flux {}; gathered within {:.4} at last; {:.2} s to trace, {:.2} s to sort",
-        flux.photons,
+        "photons: {} in {} passes; {}; gathered within {:.4} at last; {:.2} s to trace, {:.2} s to sort",
+        flux.photons + bounced.photons,
         ledger.passes,
         parts.join(", "),
         facts.radius,
@@ -39,7 +49,8 @@ pub fn line(ledger: &PassLedger, facts: &PassFacts) -> Option<String> {
 
 /// What the user should know about the picture: that `depth` darkens it.
 pub fn warning(ledger: &PassLedger, depth: u32) -> Option<String> {
-    let share = ledger.flux.truncated / ledger.flux.emitted;
+    let (flux, bounced) = (&ledger.flux, &ledger.bounced);
+    let share = (flux.truncated + bounced.truncated) / (flux.emitted + bounced.emitted);
     (share > MUCH_TRUNCATED).then(|| {
         format!("method.depth = {depth} cuts {} of the photons' flux: more would be brighter", percent(share))
     })
@@ -47,7 +58,7 @@ pub fn warning(ledger: &PassLedger, depth: u32) -> Option<String> {
 
 /// The same for programs: flux in W, sums over passes.
 pub fn report(ledger: &PassLedger, facts: &PassFacts) -> Value {
-    let flux = &ledger.flux;
+    let (flux, bounced) = (&ledger.flux, &ledger.bounced);
     json!({
         "passes": ledger.passes,
         "photons": flux.photons,
@@ -60,6 +71,18 @@ pub fn report(ledger: &PassLedger, facts: &PassFacts) -> Value {
             "escaped": flux.escaped,
             "truncated": flux.truncated,
             "imbalance": flux.imbalance(),
+        },
+        "bounced": {
+            "photons": bounced.photons,
+            "in_maps": bounced.stored_photons,
+            "emitted": bounced.emitted,
+            "others": bounced.others,
+            "absorbed": bounced.absorbed,
+            "escaped": bounced.escaped,
+            "truncated": bounced.truncated,
+            "beyond": bounced.beyond,
+            "received": bounced.received,
+            "imbalance": bounced.imbalance(),
         },
         "this_run": facts,
     })

@@ -145,9 +145,12 @@ impl Job<'_> {
             notes.for_each(|note| say(&format!("note: {note}")));
             self.said = plan.notes.len();
         }
+        let mut session = self.session(&plan, &data_hash)?;
+        if let Some(saved) = &saved {
+            saved.check_light(session.light_hash().filter(|_| session.is_light_from_file()))?;
+        }
         // Its planes are as large as the image.
         drop(saved);
-        let mut session = self.session(&plan, &data_hash)?;
         session.interrupt_by(Arc::clone(&self.interrupt));
         let spent = film.as_ref().map(|film| film.spent);
         if let Some(film) = film {
@@ -177,7 +180,7 @@ impl Job<'_> {
         }
         let added = session.progress().samples != begun.samples || session.progress().tiles != begun.tiles;
         let snapshot = watcher.write(&session, added)?;
-        self.keep_light(&session, &plan, &data_hash)?;
+        self.keep_light(&mut session, &plan, &data_hash)?;
         let summary = Summary {
             scene: &arguments.scene,
             output,
@@ -192,6 +195,9 @@ impl Job<'_> {
         };
         if arguments.json {
             self.reports.push(summary.json());
+            if !arguments.quiet {
+                summary.warn();
+            }
         } else {
             summary.print(arguments.quiet)?;
         }
@@ -205,14 +211,22 @@ impl Job<'_> {
         }
         let session =
             Device::open(self.info).and_then(|device| Session::lit(device, plan, self.light.as_ref()));
-        session.map_err(|error| or_interrupted(&self.interrupt, error))
+        let mut session = session.map_err(|error| or_interrupted(&self.interrupt, error))?;
+        if self.arguments.load_light.is_some() {
+            session.set_light_from_file();
+        }
+        Ok(session)
     }
 
     /// Writes the light volume that a session has computed if that is asked for, and keeps it for further pictures.
-    fn keep_light(&mut self, session: &Session, plan: &Plan<'_>, data_hash: &str) -> Result<()> {
+    fn keep_light(&mut self, session: &mut Session, plan: &Plan<'_>, data_hash: &str) -> Result<()> {
         let wanted = self.views > 1 || self.arguments.save_light.is_some();
         if self.light.is_some() || !wanted {
             return Ok(());
+        }
+        if self.arguments.save_light.is_some() {
+            // A picture that was finished before has not asked for it.
+            session.compute_light().map_err(|error| or_interrupted(&self.interrupt, error))?;
         }
         self.light = session.light()?;
         match (&self.arguments.save_light, &self.light) {

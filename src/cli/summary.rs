@@ -49,19 +49,14 @@ impl Summary<'_> {
         say(&self.line());
         if let Some(facts) = self.session.light_facts() {
             say(&light::line(facts));
-            light::warnings(facts).iter().for_each(|text| say(&format!("note: {text}")));
         }
         if let Some(paths) = &self.snapshot.paths {
-            let method = &self.plan.scene.method;
-            say(&energy::line(paths, method));
-            energy::warning(paths, method).iter().for_each(|text| say(&format!("note: {text}")));
+            say(&energy::line(paths, &self.plan.scene.method));
         }
         if let (Some(ledger), Some(facts)) = (&self.snapshot.photons, self.session.pass_facts()) {
             photons::line(ledger, facts).iter().for_each(|text| say(text));
-            if let Method::Caustics(Caustics { depth, .. }) = self.plan.scene.method {
-                photons::warning(ledger, depth).iter().for_each(|text| say(&format!("note: {text}")));
-            }
         }
+        self.warn();
         let summary = &self.snapshot.summary;
         if summary.standard_error.is_some()
             && summary.relative_error().is_none()
@@ -75,6 +70,23 @@ impl Summary<'_> {
         } else {
             format!("{output} is finished already and was left as it is; wrote its preview {preview}")
         })
+    }
+
+    /// What the user should know about how it went.
+    fn warnings(&self) -> Vec<String> {
+        let light = self.session.light_facts().map(light::warnings).unwrap_or_default();
+        let method = &self.plan.scene.method;
+        let paths = self.snapshot.paths.as_ref().and_then(|paths| energy::warning(paths, method));
+        let photons = match (&self.snapshot.photons, method) {
+            (Some(ledger), Method::Caustics(Caustics { depth, .. })) => photons::warning(ledger, *depth),
+            _ => None,
+        };
+        light.into_iter().chain(paths).chain(photons).collect()
+    }
+
+    /// Says it on stderr.
+    pub fn warn(&self) {
+        self.warnings().iter().for_each(|text| say(&format!("note: {text}")));
     }
 
     /// What the end means for the exit code.
@@ -179,7 +191,7 @@ impl Summary<'_> {
                 "platform": device.platform,
                 "driver": device.driver,
             },
-            "notes": self.plan.notes,
+            "notes": self.plan.notes.iter().cloned().chain(self.warnings()).collect::<Vec<_>>(),
         })
     }
 }

@@ -47,7 +47,7 @@ pub struct TargetConfig {
     pub centre: [f64; 3],
     /// One edge from end to end, [x, y, z] in scene units; not zero.
     pub edge_u: [f64; 3],
-    /// The other edge from end to end, [x, y, z] in scene units; neither zero nor parallel to `edge_u`.
+    /// The other edge from end to end, [x, y, z] in scene units; not zero, perpendicular to `edge_u`.
     pub edge_v: [f64; 3],
 }
 

@@ -169,10 +169,14 @@ pub enum MethodConfig {
         #[serde(default = "two_thirds")]
         #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
         alpha: f64,
-        /// Most times that light is reflected or refracted, by photons and by camera rays.
+        /// Most times that light is reflected by mirrors or glass, or refracted, by photons and by camera rays.
         #[serde(default = "sixteen")]
         #[schemars(range(min = 1, max = 1000))]
         depth: u32,
+        /// Most times that photons are reflected by diffuse surfaces; 0: as published, they end at the first. Default: 4, or
+        /// 0 with weights "paper".
+        #[schemars(range(max = 1000))]
+        bounces: Option<u32>,
         /// How the light that arrives without a mirror or glass in its way comes into the picture.
         #[serde(default)]
         direct: DirectConfig,
@@ -208,11 +212,11 @@ pub struct SteadyConfig {
     /// How fluxes larger than fluences are avoided where the medium is thin.
     pub limiter: FluxLimiter,
     /// Largest residual, with the diffusivity that the limiter asks for, at which its updates stop.
-    #[schemars(range(min = 1e-6, max = 1.0))]
+    #[schemars(range(min = 1e-5, max = 1.0))]
     pub limiter_tolerance: f64,
     /// Least optical thickness (reduced) of the box's longest edge: where the medium is thinner than that, light
     /// diffuses as if it were not.
-    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
+    #[schemars(range(min = 1e-6, max = 1.0))]
     pub floor: f64,
 }
 

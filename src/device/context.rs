@@ -1,6 +1,6 @@
 //! One opened device: its context and its queue.
 
-use super::{DeviceInfo, api};
+use super::{DeviceInfo, ProgramSpec, api};
 use crate::{Error, Result};
 use ocl::core::{self, CommandQueue, Context, ContextProperties};
 use ocl::ffi;
@@ -10,6 +10,8 @@ pub struct Device {
     info: DeviceInfo,
     pub(super) context: Context,
     pub(super) queue: CommandQueue,
+    /// What is done to every program before it is built.
+    pub(super) alter: fn(ProgramSpec) -> ProgramSpec,
 }
 
 impl Device {
@@ -26,7 +28,13 @@ impl Device {
             .map_err(|error| fail("context", error))?;
         let queue = core::create_command_queue(&context, info.device_id, None)
             .map_err(|error| fail("command queue", error))?;
-        Ok(Self { info: info.clone(), context, queue })
+        Ok(Self { info: info.clone(), context, queue, alter: |spec| spec })
+    }
+
+    /// The same with programs that `alter` changes before they are built, which shows what a check of them finds.
+    #[must_use]
+    pub fn altering(self, alter: fn(ProgramSpec) -> ProgramSpec) -> Self {
+        Self { alter, ..self }
     }
 
     /// What the device can do.

@@ -29,7 +29,7 @@ impl MemoryPlan {
     pub fn check(&self, device: &DeviceInfo) -> Result<()> {
         let too_large = |what: &str, bytes: u64, limit: u64, kind: &str| {
             Err(Error::Failed(format!(
-                "{}: {what} would take {}, but the device's {kind} is {}; use a smaller volume or image, or another device",
+                "{}: {what} would take {}, but the device's {kind} is {}; use a smaller volume or image, fewer photons, or another device",
                 device.name,
                 readable_bytes(bytes),
                 readable_bytes(limit)

@@ -90,7 +90,7 @@ impl Program {
     /// # Errors
     /// [`Error::Failed`] with the device's name, the options and the build log.
     pub fn build(device: &Device, spec: &ProgramSpec) -> Result<Self> {
-        Self::build_source(device, &spec.source()?, &spec.options())
+        Self::build_probe(device, spec, "")
     }
 
     /// Builds a given source text; [`Program::build`] for everything under `cl/`.
@@ -116,7 +116,15 @@ impl Program {
     /// # Errors
     /// As [`Program::build`].
     pub fn build_probe(device: &Device, spec: &ProgramSpec, kernels: &str) -> Result<Self> {
-        let source = spec.source()? + "#line 1 \"probe\"\n" + kernels;
+        let spec = (device.alter)(spec.clone());
+        let mut source = spec.source()?;
+        if !kernels.is_empty() {
+            source = source + "#line 1 \"probe\"\n" + kernels;
+        }
+        if device.info().can_force_inlining() {
+            return Self::build_source(device, &source, &spec.options());
+        }
+        let spec = spec.define("INLINE", "inline");
         Self::build_source(device, &source, &spec.options())
     }
 

@@ -12,6 +12,7 @@ macro_rules! embed {
 /// Every file of `cl/`, by its path below that folder.
 const FILES: &[(&str, &str)] = embed![
     "caustics/batch.cl",
+    "caustics/bounces.cl",
     "caustics/cells.cl",
     "caustics/edges.cl",
     "caustics/emission.cl",

@@ -93,5 +93,5 @@ pub struct Outcome {
     /// checked, as it is; empty without a source.
     pub history: Vec<(usize, f64)>,
     /// Cells whose diffusivity was limited by [`Settings::floor`].
-    pub limited_cells: u64,
+    pub floor_cells: u64,
 }

@@ -122,7 +122,7 @@ impl Solver {
         }
         let mut queue = Queue { device, kernels: &mut self.kernels };
         let limit = largest_diffusivity(self.dims, self.spacing, settings)?;
-        let limited_cells = inspect(&mut queue, coefficients, limit, &self.boundary)?;
+        let floor_cells = inspect(&mut queue, coefficients, limit, &self.boundary)?;
         let largest_source = inspect_one(&mut queue, "source", source)?;
         let largest_start = inspect_one(&mut queue, "fluence to start from", phi)?;
         for level in &self.levels {
@@ -143,7 +143,7 @@ impl Solver {
             iteration.run(self.dims)?;
         }
         iteration.store(phi, scale as f32)?;
-        Ok(Outcome { limited_cells, ..iteration.outcome })
+        Ok(Outcome { floor_cells, ..iteration.outcome })
     }
 }
 

@@ -21,7 +21,7 @@ device_struct! {
     }
 }
 
-/// Squared distance in cells, to rounding, up to which cells about a point light in the box have its own value.
+/// Squared distance in cells, to rounding, up to which cells about a point light in the box keep the mean of its light.
 const HELD2: f64 = 4.001;
 /// Where nothing is held.
 const NONE_HELD: f64 = -1.0;
@@ -62,6 +62,11 @@ impl CarriedLight {
 
     pub(super) fn is_point(&self) -> bool {
         self.cell[3] != 0
+    }
+
+    /// Whether cells about it keep the light that they are given.
+    pub(super) fn holds(&self) -> bool {
+        self.place[3] >= 0.0
     }
 
     /// Whether the light lies between the volume's sides along x.

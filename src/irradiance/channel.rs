@@ -77,11 +77,13 @@ impl Channel<'_> {
         let mut outer = 0;
         // The residual does not feel light that is faint beside the source: the flux does.
         let enough = self.settings.nonlinear;
+        // A solve is as far from the limited equation as its own residual leaves it.
+        let fine = if limited { tolerance.min(PART * enough) } else { tolerance };
         let unlimited = |nonlinear, flux| nonlinear > enough || (limited && flux > 1.0 + enough);
         while unlimited(nonlinear, state.flux) && outer < MOST_UPDATES {
             self.update(state.mean)?;
             outer += 1;
-            last = self.linear(tolerance.max(PART * nonlinear.min(1.0)), outer, watch)?;
+            last = self.linear(fine.max(PART * nonlinear.min(1.0)), outer, watch)?;
             iterations += last.iterations;
             nonlinear = last.history.first().map_or(0.0, |(_, residual)| *residual);
             state = self.measure(state.mean)?;
@@ -91,6 +93,7 @@ impl Channel<'_> {
             iterations += last.iterations;
         }
         state = self.measure(state.mean)?;
+        let largest_flux = if limited { self.cut()?.min(state.flux) } else { state.flux };
         Ok(ChannelFacts {
             iterations,
             residual: last.residual,
@@ -99,8 +102,9 @@ impl Channel<'_> {
             nonlinear,
             // The last solve may move the flux a little beyond what the last update left.
             converged: last.converged && (outer < MOST_UPDATES || !unlimited(nonlinear, state.flux)),
-            limited_cells: state.below,
-            largest_flux: state.flux,
+            floor_cells: state.below,
+            solved_flux: state.flux,
+            largest_flux,
         })
     }
 
@@ -115,6 +119,13 @@ impl Channel<'_> {
         let ScatterKernels { grids, limiter, .. } = &mut *self.kernels;
         limiter.flux(self.device, grids, self.phi, self.fields)?;
         limiter.measure(self.device, self.phi, self.fields, FAINT * mean)
+    }
+
+    /// Cuts what is left of fluxes beyond the fluence; the largest ratio of both then.
+    fn cut(&mut self) -> Result<f64> {
+        let limiter = &mut self.kernels.limiter;
+        limiter.cut(self.device, self.phi, self.fields)?;
+        Ok(limiter.measure(self.device, self.phi, self.fields, 0.0)?.flux)
     }
 
     /// Solves with the diffusivity as it is.

@@ -80,7 +80,7 @@ impl Convection {
         let carried = lights
             .iter()
             .filter_map(|light| CarriedLight::new(light, grid, local))
-            .map(|light| Carried::new(device, &base, &mut kernels, light))
+            .map(|light| Carried::new(device, &base, &mut kernels, cells, light))
             .collect::<Result<_>>()?;
         let directed = carrying.directed;
         let direct = base.dark(device, directed, false)?;
@@ -254,6 +254,7 @@ impl Base {
             fluence: field()?,
             reduced: reduces.then(field).transpose()?,
             flow: directed.then(field).transpose()?,
+            extent: None,
         })
     }
 }
@@ -268,9 +269,19 @@ struct Carried {
 }
 
 impl Carried {
-    fn new(device: &Device, base: &Base, kernels: &mut Kernels, host: CarriedLight) -> Result<Self> {
+    fn new(
+        device: &Device,
+        base: &Base,
+        kernels: &mut Kernels,
+        cells: &Cells,
+        host: CarriedLight,
+    ) -> Result<Self> {
         let shares = [kernels.darkness(device, base)?, kernels.darkness(device, base)?];
-        Ok(Self { host, light: Buffer::from_slice(device, &[host])?, shares, now: 0 })
+        let light = Buffer::from_slice(device, &[host])?;
+        for shares in &shares {
+            kernels.hold(device, base, cells, (&host, &light), 1.0, shares)?;
+        }
+        Ok(Self { host, light, shares, now: 0 })
     }
 
     fn step(
@@ -322,6 +333,7 @@ struct Kernels {
     step: Kernel,
     step_point: Kernel,
     settle: Kernel,
+    hold: Kernel,
     add: Kernel,
     add_flux: Kernel,
     flow: Kernel,
@@ -338,6 +350,7 @@ impl Kernels {
             step: program.kernel(device, "convection_step")?,
             step_point: program.kernel(device, "convection_step_point")?,
             settle: program.kernel(device, "convection_settle")?,
+            hold: program.kernel(device, "convection_hold")?,
             add: program.kernel(device, "convection_add")?,
             add_flux: program.kernel(device, "convection_add_flux")?,
             flow: program.kernel(device, "convection_flow")?,
@@ -353,6 +366,30 @@ impl Kernels {
         Ok(shares)
     }
 
+    /// Gives the cells about a point light in the box what they keep.
+    fn hold(
+        &mut self,
+        device: &Device,
+        base: &Base,
+        cells: &Cells,
+        (host, light): (&CarriedLight, &Buffer<CarriedLight>),
+        counted: f64,
+        shares: &Buffer<f32>,
+    ) -> Result<()> {
+        if !host.holds() {
+            return Ok(());
+        }
+        let arguments = [
+            shares.into(),
+            (&cells.scattering).into(),
+            (&cells.absorption).into(),
+            (&base.grid).into(),
+            light.into(),
+            (counted as f32).into(),
+        ];
+        self.hold.enqueue(device, &arguments, base.host.dims)
+    }
+
     /// One sweep; returns its launches.
     fn settle(
         &mut self,
@@ -363,6 +400,7 @@ impl Kernels {
         counted: f64,
         shares: &Buffer<f32>,
     ) -> Result<u32> {
+        self.hold(device, base, cells, (host, light), counted, shares)?;
         let [first, last] = host.levels(&base.host);
         let sides = 1 + usize::from(host.within_x(&base.host));
         for level in first..=last {

@@ -1,5 +1,6 @@
 //! Direct light by null-collision tracking from every cell towards the lights; kernels: `cl/irradiance/direct.cl`.
 
+use super::cells::TABLES;
 use super::direct_setup::{BLOCK_SHIFT, DirectParameters, Wanted, block_shifts, parameters};
 use super::{DirectLight, LightGrid, LitMedium};
 use crate::device::{Arg, Buffer, Device, Kernel, LAUNCH_TARGET, MemoryPlan, Pacer};
@@ -45,10 +46,11 @@ pub struct Direct {
     grid: LightGrid,
     grid_buffer: Buffer<u8>,
     parameters: Buffer<DirectParameters>,
+    /// Of which part of each cell its light is the mean; `None` where centres stand for all cells.
+    extents: Option<Buffer<[f32; 2]>>,
     state: State,
     counts: Buffer<DirectCounts>,
-    rays: u32,
-    exact: bool,
+    wanted: Wanted,
     lanes: u32,
     blocks: u64,
     pacer: Pacer,
@@ -62,6 +64,8 @@ pub struct Direct {
 struct Programs {
     pass: Kernel,
     means: Kernel,
+    /// Stands in for the extents of cells.
+    no_extents: Buffer<[f32; 2]>,
 }
 
 /// Running means, as sums of two floats; what is not asked for is one unused element.
@@ -70,6 +74,8 @@ struct State {
     group: Buffer<f32>,
     reduced: Buffer<TwoFloat4>,
     flow: Buffer<TwoFloat4>,
+    /// Where in their cells light is scattered.
+    moment: Buffer<[f32; 4]>,
 }
 
 /// Mirrors `struct TwoFloat4` of the kernels, which alone look into it.
@@ -95,11 +101,15 @@ impl Direct {
         phase: &Phase,
         lanes: u32,
     ) -> Result<Self> {
-        let wanted = Wanted::new(device, medium, phase)?;
+        let mut wanted = Wanted::new(device, medium, phase)?;
         let shifts = block_shifts(grid.dims);
-        let parameters = parameters(device, medium, grid, phase, shifts)?;
+        let parameters = parameters(device, medium, phase, shifts)?;
         let dark = !wanted.lights && !wanted.sky;
-        let programs = if dark { None } else { Some(Programs::build(device, medium, wanted, lanes)?) };
+        let extents = if dark { None } else { extents(device, medium, grid)? };
+        wanted.exact &= extents.is_none();
+        let spread = extents.is_some();
+        let programs =
+            if dark { None } else { Some(Programs::build(device, medium, wanted, spread, lanes)?) };
         let cells = grid.cells();
         let only = |is: bool| if is { cells } else { 1 };
         let blocks = (0..3).map(|axis| grid.dims[axis].div_ceil(1 << shifts[axis]) as u64).product();
@@ -108,15 +118,16 @@ impl Direct {
             grid: *grid,
             grid_buffer: Buffer::from_slice(device, bytemuck::bytes_of(&grid.device()))?,
             parameters: Buffer::from_slice(device, &[parameters])?,
+            extents,
             state: State {
                 fluence: Buffer::zeroed(device, cells)?,
                 group: Buffer::zeroed(device, cells)?,
                 reduced: Buffer::zeroed(device, only(wanted.reduced))?,
                 flow: Buffer::zeroed(device, only(wanted.flow))?,
+                moment: Buffer::zeroed(device, only(spread))?,
             },
             counts: Buffer::zeroed(device, COUNTS)?,
-            rays: u32::from(wanted.lights) + u32::from(wanted.sky),
-            exact: wanted.exact,
+            wanted,
             lanes,
             blocks,
             pacer: Pacer::new(LAUNCH_TARGET),
@@ -142,6 +153,9 @@ impl Direct {
             add("flow of direct light");
         }
         plan.add("spread of direct light", cells, size_of::<f32>());
+        plan.add("extents of direct light", cells, size_of::<[f32; 2]>());
+        plan.add("places of direct light, so far", cells, size_of::<[f32; 4]>());
+        plan.add("places of direct light", cells, size_of::<[f32; 4]>());
         plan
     }
 
@@ -157,12 +171,12 @@ impl Direct {
 
     /// Whether every pass is the same: then one is enough.
     pub fn is_exact(&self) -> bool {
-        self.exact
+        self.wanted.exact
     }
 
     /// Whether every cell has `target` passes, or all that it needs.
     pub fn is_done(&self, target: u32) -> bool {
-        self.passes >= if self.exact { target.min(1) } else { target }
+        self.passes >= if self.wanted.exact { target.min(1) } else { target }
     }
 
     /// Runs one launch towards `target` passes, unless that [is done](Self::is_done): whole passes where they are short,
@@ -174,7 +188,7 @@ impl Direct {
         if self.is_done(target) {
             return Ok(());
         }
-        let left = if self.exact { 1 } else { target - self.passes };
+        let left = if self.wanted.exact { 1 } else { target - self.passes };
         let units = self.pacer.next(self.blocks.min(16)).min(self.launch_limit);
         let (count, passes) = if self.ahead == 0 && units >= self.blocks {
             let passes = u32::try_from(units / self.blocks).unwrap_or(u32::MAX);
@@ -193,15 +207,18 @@ impl Direct {
 
     fn launch(&mut self, device: &Device, medium: &LitMedium, count: u64, passes: u32) -> Result<()> {
         let Some(programs) = &mut self.programs else { return Ok(()) };
+        let extents = self.extents.as_ref().unwrap_or(&programs.no_extents);
         let mut arguments = medium.arguments(6);
         arguments.extend([
             Arg::from(&medium.environment),
             (&self.grid_buffer).into(),
             (&self.parameters).into(),
+            extents.into(),
             (&self.state.fluence).into(),
             (&self.state.group).into(),
             (&self.state.reduced).into(),
             (&self.state.flow).into(),
+            (&self.state.moment).into(),
             (&self.counts).into(),
         ]);
         let numbers = [COUNTS as u32, self.ahead as u32, count as u32, self.passes, passes];
@@ -222,25 +239,35 @@ impl Direct {
         }
         self.check_finished(device)?;
         let cells = self.grid.cells();
-        let [reduced, flow] = [&self.state.reduced, &self.state.flow].map(|buffer| buffer.len() == cells);
+        let Wanted { reduced, flow, .. } = self.wanted;
         let fluence = Buffer::zeroed(device, cells)?;
         let output = |is: bool| Buffer::zeroed(device, if is { cells } else { 1 });
-        let (reduced_out, flow_out) = (output(reduced)?, output(flow)?);
+        let (reduced_out, flow_out, extent) =
+            (output(reduced)?, output(flow)?, output(self.extents.is_some())?);
         if let Some(programs) = &mut self.programs {
+            let extents = self.extents.as_ref().unwrap_or(&programs.no_extents);
             let arguments = [
                 (&self.state.fluence).into(),
                 (&self.state.reduced).into(),
                 (&self.state.flow).into(),
+                (&self.state.moment).into(),
+                extents.into(),
                 (&fluence).into(),
                 (&reduced_out).into(),
                 (&flow_out).into(),
+                (&extent).into(),
                 (cells as u32).into(),
                 self.passes.into(),
                 (self.passes / STRATA).into(),
             ];
             programs.means.run(device, &arguments, cells)?;
         }
-        Ok(DirectLight { fluence, reduced: reduced.then_some(reduced_out), flow: flow.then_some(flow_out) })
+        Ok(DirectLight {
+            fluence,
+            reduced: reduced.then_some(reduced_out),
+            flow: flow.then_some(flow_out),
+            extent: self.extents.is_some().then_some(extent),
+        })
     }
 
     /// What the rays of all launches cost.
@@ -249,7 +276,9 @@ impl Direct {
     /// [`Error::Failed`] when the device fails.
     pub fn cost(&self, device: &Device) -> Result<DirectCost> {
         let mut cost = DirectCost {
-            rays: self.grid.cells() as u64 * u64::from(self.passes) * u64::from(self.rays),
+            rays: self.grid.cells() as u64
+                * u64::from(self.passes)
+                * (u64::from(self.wanted.lights) + u64::from(self.wanted.sky)),
             ..DirectCost::default()
         };
         for counts in self.counts.read(device)? {
@@ -274,7 +303,7 @@ impl Direct {
 }
 
 impl Programs {
-    fn build(device: &Device, medium: &LitMedium, wanted: Wanted, lanes: u32) -> Result<Self> {
+    fn build(device: &Device, medium: &LitMedium, wanted: Wanted, spread: bool, lanes: u32) -> Result<Self> {
         let program = medium.program(device, "irradiance/direct.cl", |spec| {
             let spec = spec
                 .define("CONTROLLED", 1)
@@ -283,6 +312,7 @@ impl Programs {
                 .feature("SKY", wanted.sky)
                 .feature("REDUCED", wanted.reduced)
                 .feature("FLOW", wanted.flow)
+                .feature("SPREAD", spread)
                 .feature("EXACT", wanted.exact);
             if lanes > 1 { spec.define("CELLS", 1 << BLOCK_SHIFT) } else { spec }
         })?;
@@ -291,6 +321,22 @@ impl Programs {
             // A block is work enough for a work-group, and whole groups go to the cores.
             pass.limit_work_group(1);
         }
-        Ok(Self { pass, means: program.kernel(device, "irradiance_direct_means")? })
+        Ok(Self {
+            pass,
+            means: program.kernel(device, "irradiance_direct_means")?,
+            no_extents: Buffer::zeroed(device, 1)?,
+        })
     }
+}
+
+/// Of which part of each cell its light has to be the mean; `None` where the centre stands for each of them.
+fn extents(device: &Device, medium: &LitMedium, grid: &LightGrid) -> Result<Option<Buffer<[f32; 2]>>> {
+    let extents = Buffer::<[f32; 2]>::uninitialised(device, grid.cells())?;
+    let device_grid = Buffer::from_slice(device, &[grid.device()])?;
+    let program = medium.program(device, "irradiance/cells.cl", |spec| spec)?;
+    let mut arguments = medium.arguments(TABLES + 1);
+    arguments.extend([Arg::from(&device_grid), (&extents).into()]);
+    program.kernel(device, "irradiance_extents")?.run(device, &arguments, grid.cells())?;
+    let any = extents.read(device)?.iter().any(|[share, _]| *share > 0.0);
+    Ok(any.then_some(extents))
 }

@@ -14,6 +14,10 @@ pub struct DirectLight {
     /// The mean direction of propagation: vector flux over fluence, of the channels' mean, no longer than 1, 0 in the
     /// dark; `None` for the isotropic phase function, which does not ask for it.
     pub flow: Option<Buffer<[f32; 4]>>,
+    /// Of which part of a cell it is the light: in the last number the share of each edge, about the centre, over which it is
+    /// a mean, weighted by the extinction, 0 to 1. Before it, where in the cell it is scattered, on average: from −1 to 1
+    /// along each axis. `None` where all is light at centres.
+    pub extent: Option<Buffer<[f32; 4]>>,
 }
 
 impl DirectLight {

@@ -1,12 +1,11 @@
 //! What direct light asks for, and the numbers that its kernels read.
 
-use super::{LightGrid, LitMedium};
+use super::LitMedium;
 use crate::device::Device;
 use crate::render::method::DeviceFrame;
 use crate::render::scattering::Scattering;
 use crate::scene::Phase;
 use crate::{Result, device_struct};
-use std::f64::consts::PI;
 
 device_struct! {
     "types/irradiance.cl",
@@ -20,8 +19,6 @@ device_struct! {
         pub over: f32,
         /// ... less this per minorant.
         pub under: f32,
-        /// Square of the distance within which a cell sees a point light as from that distance.
-        pub nearest2: f32,
         /// log2 of the cells along x of a block.
         pub block_x: u32,
         /// ... along y.
@@ -30,6 +27,8 @@ device_struct! {
         pub block_z: u32,
         /// Padding.
         pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
     }
 }
 
@@ -102,7 +101,6 @@ fn albedos(device: &Device, medium: &LitMedium, method: &Scattering) -> Result<[
 pub(super) fn parameters(
     device: &Device,
     medium: &LitMedium,
-    grid: &LightGrid,
     phase: &Phase,
     shifts: [u32; 3],
 ) -> Result<DirectParameters> {
@@ -118,18 +116,16 @@ pub(super) fn parameters(
     let under = ranges.iter().fold(over, |least, range| f64::min(least, range[0] + over - range[1]));
     let scale = f64::from(method.majorant_scale);
     let [red, green, blue] = ranges.map(|range| range[0] as f32);
-    // 1 / r^2 has the mean 3 / R^2 in a ball of radius R.
-    let radius = (grid.cell.element_product() * 0.75 / PI).cbrt();
     Ok(DirectParameters {
         control: [red, green, blue, 0.0],
         mean_cosine: g as f32,
         over: (scale * over) as f32,
         under: (scale * under) as f32,
-        nearest2: (radius * radius / 3.0) as f32,
         block_x: shifts[0],
         block_y: shifts[1],
         block_z: shifts[2],
         pad_0: 0,
+        pad_1: 0,
     })
 }
 

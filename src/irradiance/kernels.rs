@@ -35,6 +35,10 @@ pub(super) struct ScatterKernels {
     most: f32,
     /// Stands in for what a medium does not have.
     nothing: Buffer<[f32; 4]>,
+    /// Where in its cell light is scattered; one unused element until direct light tells.
+    places: Buffer<[f32; 4]>,
+    /// Whether it does.
+    spread: bool,
 }
 
 impl ScatterKernels {
@@ -71,6 +75,8 @@ impl ScatterKernels {
             // needed than from the floor's.
             most: if settings.limiter == Limiter::None { f64::INFINITY } else { longest / 3.0 } as f32,
             nothing: Buffer::zeroed(device, 1)?,
+            places: Buffer::zeroed(device, 1)?,
+            spread: false,
         })
     }
 
@@ -87,7 +93,7 @@ impl ScatterKernels {
         &mut self,
         device: &Device,
         medium: &LitMedium,
-        direct: &Buffer<[f32; 4]>,
+        (direct, extent): (&Buffer<[f32; 4]>, Option<&Buffer<[f32; 4]>>),
         cells: &Cells,
         source: &Buffer<[f32; 4]>,
         forward: f32,
@@ -95,37 +101,45 @@ impl ScatterKernels {
         let items = self.cells();
         let mut arguments = medium.arguments(TABLES);
         arguments.extend([&self.grids.grid, &self.grids.fine].map(Arg::from));
-        arguments.extend([direct, cells.glow.as_ref().unwrap_or(&self.nothing), source].map(Arg::from));
-        arguments.push(forward.into());
+        self.spread = extent.is_some();
+        if self.spread && self.places.len() != self.coarse.cells() {
+            self.places = Buffer::zeroed(device, self.coarse.cells())?;
+        }
+        arguments.extend([direct, cells.glow.as_ref().unwrap_or(&self.nothing)].map(Arg::from));
+        arguments.extend([extent.unwrap_or(&self.nothing), source, &self.places].map(Arg::from));
+        arguments.extend([forward.into(), u32::from(self.spread).into()]);
         self.source.enqueue(device, &arguments, items)
     }
 
-    /// The equation of a channel.
+    /// The equation of a channel, with its source times `scale`.
     pub fn channel(
         &mut self,
         device: &Device,
         cells: &Cells,
         source: &Buffer<[f32; 4]>,
         fields: &ChannelFields,
-        forward: f32,
+        (forward, scale): (f32, f32),
         channel: usize,
     ) -> Result<()> {
         let items = self.cells();
         let mut arguments = vec![(&self.grids.grid).into()];
-        arguments.extend([&cells.scattering, &cells.absorption, source].map(Arg::from));
+        arguments.extend([&cells.scattering, &cells.absorption, source, &self.places].map(Arg::from));
+        arguments.push((&self.grids.limits).into());
         let ChannelFields { absorption, transport, diffusivity, power, .. } = fields;
         arguments.extend([absorption, transport, diffusivity, power].map(Arg::from));
-        arguments.extend([forward.into(), self.most.into(), (channel as u32).into()]);
+        arguments.extend([forward.into(), self.most.into(), scale.into()]);
+        arguments.extend([channel as u32, u32::from(self.spread)].map(Arg::from));
         self.channel.enqueue(device, &arguments, items)
     }
 
-    /// A channel of so many into the fluence with a border; a single one into all three.
+    /// A channel of so many, times `scale`, into the fluence with a border; a single one into all three.
     pub fn border(
         &mut self,
         device: &Device,
         phi: &Buffer<f32>,
         fields: &ChannelFields,
         bordered: &Buffer<[f32; 4]>,
+        scale: f32,
         [channel, channels]: [usize; 2],
     ) -> Result<()> {
         let copies = if channels == 1 { 3_u32 } else { 1 };
@@ -135,6 +149,7 @@ impl ScatterKernels {
             phi.into(),
             (&fields.diffusivity).into(),
             bordered.into(),
+            scale.into(),
             (channel as u32).into(),
             copies.into(),
         ];

@@ -59,7 +59,6 @@ impl LightBuffers {
     ) -> Result<Self> {
         let directed = direct.flow.zip(drift).map(|(flow, drift)| Directed { drift, flow });
         let spec = ProgramSpec::new("irradiance/combine.cl").feature("DIRECTED", directed.is_some());
-        let spec = if device.info().can_force_inlining() { spec } else { spec.define("INLINE", "inline") };
         let mut kernel = Program::build(device, &spec)?.kernel(device, "irradiance_combine")?;
         let light = scattered;
         let reduced = direct.reduced.as_ref().unwrap_or(&direct.fluence);

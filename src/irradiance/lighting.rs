@@ -34,6 +34,10 @@ pub struct LightFacts {
     pub channels: Vec<ChannelFacts>,
     /// Steps in time of the paper's model.
     pub steps: Option<u32>,
+    /// Cells of scattered light, of which [`ChannelFacts::floor_cells`] are a part; `None` with steps in time.
+    pub cells: Option<usize>,
+    /// The least optical thickness of the box's longest edge, of which the thinner parts are taken to be.
+    pub floor: Option<f64>,
 }
 
 /// A light volume on its way.
@@ -226,6 +230,8 @@ impl Lighting {
             &mut watch,
         )?;
         self.facts.channels = scattered.channels;
+        self.facts.cells = Some(scattered_grid.cells());
+        self.facts.floor = Some(steady.floor);
         self.finish(device, direct, scattered.fluence, scattered.drift)
     }
 
@@ -274,31 +280,40 @@ fn scatter_settings(steady: Steady) -> ScatterSettings {
 
 /// What a light volume takes on the device, at most, beside what a render takes anyway.
 pub fn memory(light: &LightSetup, lights: usize) -> MemoryPlan {
-    let (direct, scattered) = (&light.direct_grid, &light.scattered_grid);
+    memory_of(&light.settings, &light.phase, [&light.direct_grid, &light.scattered_grid], lights)
+}
+
+/// The same on grids of direct and of scattered light.
+pub fn memory_of(
+    settings: &scene::LightVolume,
+    phase: &Phase,
+    [direct, scattered]: [&LightGrid; 2],
+    lights: usize,
+) -> MemoryPlan {
+    let directed = !phase.is_isotropic();
     let (cells, fine) = (scattered.cells() as u64, direct.cells() as u64);
     let float4 = size_of::<[f32; 4]>();
-    let carrying =
-        Carrying { chromatic: true, mean_cosine: light.phase.mean_cosine(), directed: light.is_directed() };
-    let mut plan = match (light.settings.direct, light.settings.scattered) {
-        (scene::DirectLight::Tracking { .. }, _) => Direct::memory(direct, &light.phase),
+    let carrying = Carrying { chromatic: true, mean_cosine: phase.mean_cosine(), directed };
+    let mut plan = match (settings.direct, settings.scattered) {
+        (scene::DirectLight::Tracking { .. }, _) => Direct::memory(direct, phase),
         (_, Scattering::Steady(_)) => steady_memory(direct, carrying),
         (_, Scattering::Steps { .. }) => Convection::memory(direct, lights, carrying),
     };
     for name in ["scattering", "absorption", "emission"] {
         plan.add(&format!("{name} per cell"), cells.max(fine), float4);
     }
-    match light.settings.scattered {
+    match settings.scattered {
         Scattering::Steps { .. } => plan.items.extend(Spreading::memory(direct).items),
         Scattering::Steady(_) => {
             plan.items.extend(Solver::memory(scattered.dims, scattered.cell).items);
-            for name in ["source", "flux", "flux of a channel", "fluence with a border"] {
+            for name in ["source", "its places", "flux", "flux of a channel", "fluence with a border"] {
                 plan.add(&format!("diffuse light, {name}"), cells, float4);
             }
             for name in ["equations", "fluences"] {
                 plan.add(&format!("diffuse light, {name}"), 4 * cells, size_of::<f32>());
             }
             plan.add("scattered light", fine, float4);
-            if light.is_directed() {
+            if directed {
                 plan.add("direction of scattered light", fine, float4);
             }
         }

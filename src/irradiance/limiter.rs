@@ -74,6 +74,7 @@ pub(super) struct LimiterKernels {
     products: Kernel,
     mix: Kernel,
     measure: Kernel,
+    cut: Kernel,
     limiter: Limiter,
     /// The floor of σ_tr.
     least: f32,
@@ -98,6 +99,7 @@ impl LimiterKernels {
             products: kernel("irradiance_products")?,
             mix: kernel("irradiance_mix")?,
             measure: kernel("irradiance_measure")?,
+            cut: kernel("irradiance_cut")?,
             limiter,
             least: least as f32,
             memory: Buffer::uninitialised(device, memory(limiter, cells))?,
@@ -185,6 +187,12 @@ impl LimiterKernels {
             |k: usize| shares[k * SHARES..][..SHARES].iter().map(|&share| f64::from(share)).sum::<f64>();
         let products = std::array::from_fn(|j| std::array::from_fn(|k| sum(j * (MIXED + 1) + k)));
         Ok(least_squares(products))
+    }
+
+    /// Shortens fluxes that are beyond their fluence.
+    pub fn cut(&mut self, device: &Device, phi: &Buffer<f32>, fields: &ChannelFields) -> Result<()> {
+        let arguments = [phi.into(), (&fields.flux).into(), (phi.len() as u32).into()];
+        self.cut.enqueue(device, &arguments, [phi.len(), 1, 1])
     }
 
     /// What is known of a fluence and its flux.

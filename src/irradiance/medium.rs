@@ -93,9 +93,7 @@ impl LitMedium {
     ) -> Result<Program> {
         let mut spec = self.spec.clone();
         spec.entry = entry;
-        let spec = adapt(spec);
-        let spec = if device.info().can_force_inlining() { spec } else { spec.define("INLINE", "inline") };
-        Program::build(device, &spec)
+        Program::build(device, &adapt(spec))
     }
 
     /// Frame, volume, method, voxels, then the first `tables` tables: how kernels of light volumes begin.

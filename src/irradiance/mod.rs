@@ -39,7 +39,7 @@ pub use direct_light::DirectLight;
 pub use direct_setup::DirectParameters;
 pub use grid::{DeviceLightGrid, LightGrid};
 pub use light::{Directions, LightBuffers, LightData};
-pub use lighting::{LightFacts, Lighting, memory};
+pub use lighting::{LightFacts, Lighting, memory, memory_of};
 pub use limiter::Limiter;
 pub use medium::LitMedium;
 pub use scattered::{

@@ -82,8 +82,10 @@ pub struct ChannelFacts {
     /// Whether all residuals are within what was asked for.
     pub converged: bool,
     /// Cells that the floor of the optical thickness changes.
-    pub limited_cells: u64,
-    /// Largest |F| / φ of a cell: above 1 is unphysical.
+    pub floor_cells: u64,
+    /// Largest |F| / φ of a cell in the solution of the equation: above 1 is unphysical.
+    pub solved_flux: f64,
+    /// The same of the flux that is used: with a limiter, it is cut to φ where updates left more.
     pub largest_flux: f64,
 }
 
@@ -181,6 +183,7 @@ impl ScatterSolver {
             ("diffuse fluence with a border", bordered),
             ("scattered light", direct_grid.cells() as u64),
             ("drift of scattered light", direct_grid.cells() as u64),
+            ("places of direct light", cells),
         ] {
             plan.add(name, count, size_of::<[f32; 4]>());
         }
@@ -201,7 +204,8 @@ impl ScatterSolver {
         observer: &mut ScatterObserver<'_>,
     ) -> Result<ScatteredLight> {
         let count = self.direct_cells;
-        let fields = [Some(&direct.fluence), direct.reduced.as_ref(), direct.flow.as_ref()];
+        let fields =
+            [Some(&direct.fluence), direct.reduced.as_ref(), direct.flow.as_ref(), direct.extent.as_ref()];
         if let Some(wrong) = fields.into_iter().flatten().find(|field| field.len() != count) {
             return Err(Error::Failed(format!(
                 "scattered light: direct light has {} cells, its grid {count}",
@@ -209,19 +213,22 @@ impl ScatterSolver {
             )));
         }
         let reduced = direct.reduced.as_ref().unwrap_or(&direct.fluence);
-        self.kernels.source(device, medium, reduced, &self.cells, &self.source, self.forward)?;
+        let light = (reduced, direct.extent.as_ref());
+        self.kernels.source(device, medium, light, &self.cells, &self.source, self.forward)?;
         let mut facts = Vec::new();
+        let scales = scales(&self.source.read(device)?);
         let channels = self.phi.len();
         if direct.flow.is_some() {
             self.flux.write(device, 0, &vec![[0.0; 4]; self.flux.len()])?;
         }
-        for channel in 0..channels {
+        for (channel, scale) in scales.into_iter().enumerate().take(channels) {
             if channel > 0 && !self.solved {
                 // Colours differ by less than light and dark do.
                 let nearest = self.phi[channel - 1].read(device)?;
                 self.phi[channel].write(device, 0, &nearest)?;
             }
-            self.kernels.channel(device, &self.cells, &self.source, &self.fields, self.forward, channel)?;
+            let factors = (self.forward, 1.0 / scale);
+            self.kernels.channel(device, &self.cells, &self.source, &self.fields, factors, channel)?;
             let mut watch = |stage: Stage| {
                 let Stage { outer, iterations, residual } = stage;
                 observer(&ScatterProgress { channel: [channel, channels], outer, iterations, residual })
@@ -240,10 +247,12 @@ impl ScatterSolver {
                 &self.phi[channel],
                 &self.fields,
                 &self.bordered,
+                scale,
                 [channel, channels],
             )?;
             if direct.flow.is_some() {
-                self.kernels.add_flux(device, &self.fields.flux, &self.flux, 1.0 / channels as f32)?;
+                let share = scale / channels as f32;
+                self.kernels.add_flux(device, &self.fields.flux, &self.flux, share)?;
             }
         }
         self.solved = true;
@@ -261,6 +270,16 @@ impl ScatterSolver {
         device.finish()?;
         Ok(ScatteredLight { fluence, drift, channels: facts })
     }
+}
+
+/// What the source of each channel is divided by: the power of two next below its largest number. Equations of light have
+/// no unit, but squares of float32 numbers do; and a power of two rounds nothing.
+fn scales(source: &[[f32; 4]]) -> [f32; 3] {
+    std::array::from_fn(|c| {
+        let largest = source.iter().fold(0.0, |most: f32, cell| most.max(cell[c]));
+        let usual = largest.is_normal() && (1e-36..1e36).contains(&largest);
+        if usual { largest.log2().floor().exp2() } else { 1.0 }
+    })
 }
 
 /// One channel when nothing has a colour.

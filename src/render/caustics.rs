@@ -5,12 +5,13 @@ use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodSetup};
 use crate::caustics::{
-    Emitter, MapSettings, PhotonTracer, Receiver, emitters, map_settings, photon_settings, receiver,
+    Emitter, MapSettings, PhotonTracer, Receiver, diffuse_light_returns, emitters, map_settings, mean_color,
+    photon_settings, receiver,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
-use crate::scene::{Background, Caustics, CausticsDirect, Light, Scene};
+use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene};
 use crate::sort::CellRanges;
-use crate::surfaces::{self, Bounds, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
+use crate::surfaces::{self, Bounds, DeviceMaterial, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
 use crate::{Result, device_struct};
 use bytemuck::Zeroable;
 use glam::DVec3;
@@ -19,11 +20,15 @@ use glam::DVec3;
 const SPLIT: f32 = 0.02;
 /// The radius of gathering over the extent of what makes caustics, where the scene does not say.
 const RADIUS: f64 = 0.01;
+/// Cells with a range of their own, over photons, at most: nearly all would be empty.
+const CELLS_PER_PHOTON: usize = 256;
 
 device_struct! {
     "types/caustics.cl",
     /// Parameters of pictures of surfaces; see `cl/types/caustics.cl`.
     pub struct DeviceCaustics {
+        /// One over the mean colour of all wavelengths.
+        pub white: [f32; 4],
         /// Factor of what photons give.
         pub photon_scale: f32,
         /// Below this weight rays do not divide.
@@ -66,7 +71,10 @@ impl CausticsSetup {
         plan.add("photons in order", photons, 32);
         // Keys and numbers, before and after, whatever sorts them.
         plan.add("keys of photons", photons, 20);
-        plan.items.extend(CellRanges::memory(self.map.table_cells, self.settings.photons as usize).items);
+        if self.map.has_cells() {
+            let ranges = CellRanges::memory(self.map.table_cells, self.settings.photons as usize);
+            plan.items.extend(ranges.items);
+        }
         plan.add("shapes", self.surfaces.shapes.len() as u64, size_of::<DeviceShape>());
         plan.add("boxes of shapes", self.surfaces.nodes.len() as u64, size_of::<DeviceNode>());
         plan
@@ -107,7 +115,8 @@ pub fn prepare(
 ) -> Result<MethodSetup> {
     let surfaces = SurfaceArrays::new(&scene.surfaces, &scene.materials, meshes, local)?;
     let lights = device_lights(&scene.lights, local, frame);
-    let map = map_settings(&settings.gather);
+    let mut map = map_settings(&settings.gather);
+    map.table_cells = map.table_cells.min(CELLS_PER_PHOTON * settings.photons as usize).max(1);
     let extent = surfaces.specular_bounds.or(surfaces.bounds).map_or(local.unit, |b| b.size().max_element());
     let radius = settings.radius.unwrap_or(RADIUS * extent) / local.unit;
     let photons = photons_wanted(scene, &settings, &surfaces);
@@ -115,7 +124,9 @@ pub fn prepare(
     // What no photon can do is found here, not on the device.
     let emission = photon_settings(&settings, scene.seed).emission;
     let emitters = emitters(&scene.lights, &surfaces, local, &emission)?;
+    let [r, g, b] = mean_color().map(|mean| (1.0 / mean) as f32);
     let parameters = DeviceCaustics {
+        white: [r, g, b, 0.0],
         photon_scale: photon_scale(&emitters, settings.gather.paper_intensity),
         split: SPLIT,
         plane_count: surfaces.plane_count as u32,
@@ -125,6 +136,7 @@ pub fn prepare(
     };
     let spec = map
         .define_gather(surfaces.specialise(ProgramSpec::new("render/caustics.cl")))
+        .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
         .feature("RECTANGLES", frame.rectangle_count > 0)
         .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays);
     Ok(MethodSetup {
@@ -180,8 +192,13 @@ fn photon_scale(emitters: &[Emitter], paper_intensity: Option<f64>) -> f32 {
 
 /// Whether there is anything that photons would bring.
 fn photons_wanted(scene: &Scene, settings: &Caustics, surfaces: &SurfaceArrays) -> bool {
-    let receives = surfaces.materials_of.iter().any(|&of| !scene.materials[of as usize].is_specular());
-    let sends = surfaces.specular_bounds.is_some() || settings.direct == CausticsDirect::Photons;
+    let any = |specular: bool| {
+        surfaces.materials_of.iter().any(|&of| scene.materials[of as usize].is_specular() == specular)
+    };
+    let (receives, turns) = (any(false), any(true));
+    let sends = turns
+        || settings.direct == CausticsDirect::Photons
+        || settings.bounces > 0 && diffuse_light_returns(surfaces);
     settings.photons > 0 && receives && sends && !scene.lights.is_empty()
 }
 
@@ -190,7 +207,18 @@ fn notes(scene: &Scene, meshes: &Meshes, photons: bool) -> Vec<String> {
     if scene.lights.is_empty() {
         notes.push("no [[light]]: surfaces show the background alone".into());
     } else if !photons {
-        notes.push("no photons: there is nothing that makes caustics, or nothing that shows them".into());
+        notes.push(
+            "no photons: none are asked for, there is nothing that makes caustics, or nothing that shows them"
+                .into(),
+        );
+    } else if let Method::Caustics(Caustics { direct: CausticsDirect::Photons, target: None, .. }) =
+        scene.method
+    {
+        notes.push(
+            "direct light by photons comes where they are sent alone: to mirrors and glass, unless \
+             method.emission.target says otherwise"
+                .into(),
+        );
     }
     let black = matches!(scene.background, Background::Constant(color) if color == [0.0; 3]);
     if !black {

@@ -17,7 +17,7 @@ const KEPT: usize = 16;
 /// A fingerprint of named byte strings: SHA-256 over the CRC-32 of their blocks.
 ///
 /// It guards against mistakes, not against forgery, and costs little more than the bytes' way through memory.
-pub(super) struct Fingerprint(Sha256);
+pub(crate) struct Fingerprint(Sha256);
 
 impl Fingerprint {
     /// Of nothing yet.

@@ -1,6 +1,7 @@
 //! Light volumes: what computes them is in [`crate::irradiance`], the projection is `cl/render/light_volume.cl`.
 
 use super::emission_absorption::EmissionAbsorption;
+use super::majorants::sampled;
 use super::medium::{BRICK_STRAIGHT, MediumTable};
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use super::scattering;
@@ -33,7 +34,7 @@ impl LightSetup {
 }
 
 /// The phase function that the model knows: steps in time scatter into all directions alike.
-fn modelled(phase: Phase, settings: &LightVolume) -> Phase {
+pub(super) fn modelled(phase: Phase, settings: &LightVolume) -> Phase {
     match settings.scattered {
         ScatteredLight::Steady(_) => phase,
         ScatteredLight::Steps { .. } => Phase::Isotropic,
@@ -61,6 +62,26 @@ fn check(input: &MethodInput<'_>, settings: &LightVolume) -> Result<Vec<String>>
     Ok(notes)
 }
 
+/// What to say of a medium, with these extinctions at points all over the box, whose light comes to its surface in cells of
+/// more than a mean free path.
+fn thickness(sigmas: &[f64], grid: &LightGrid) -> Option<String> {
+    let edge = grid.cell.max_element();
+    let medium = sigmas.iter().filter(|&&sigma| sigma > 0.0).count();
+    let thick = sigmas.iter().filter(|&&sigma| sigma * edge > THICK).count();
+    let thickest = edge * sigmas.iter().copied().fold(0.0, f64::max);
+    (thick > 0).then(|| {
+        format!(
+            "cells of direct light are up to {thickest:.2} mean free paths thick, {:.1} % of the medium's more than {THICK}: what \
+             lights their surfaces is not resolved, and pictures come out too dark or too bright (by a twentieth at 2, by a \
+             half at 10); the method multiple-scattering is right, and finer voxels would do",
+            100.0 * thick as f64 / medium as f64
+        )
+    })
+}
+
+/// Mean free paths in a cell that are worth a note.
+const THICK: f64 = 1.0;
+
 /// Makes the method ready.
 ///
 /// # Errors
@@ -71,7 +92,7 @@ pub fn prepare(
     frame: &mut DeviceFrame,
 ) -> Result<MethodSetup> {
     let scene = input.scene;
-    let notes = check(input, &settings)?;
+    let mut notes = check(input, &settings)?;
     // Kernels of light volumes read the medium as single scattering does.
     let tracking = Scattering {
         orders: Orders::Single,
@@ -119,6 +140,8 @@ pub fn prepare(
     let kinks = table.kinks();
     let [direct_grid, scattered_grid] = [settings.direct_coarsening, settings.coarsening]
         .map(|coarsening| LightGrid::new(input.local, coarsening));
+    let sigmas = sampled(input.grid, &table).into_iter().map(|sigma| sigma * largest);
+    notes.extend(thickness(&sigmas.collect::<Vec<f64>>(), &direct_grid));
     let cells = |grid: &LightGrid| format!("{}×{}×{}", grid.dims[0], grid.dims[1], grid.dims[2]);
     let details = vec![
         format!("{occupied} of {bricks} bricks can hold extinction"),

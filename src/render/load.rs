@@ -1,10 +1,13 @@
 //! From a scene's description of its volume to the volume itself.
 
 use super::host_memory;
+use super::light_volume::modelled;
+use super::local::LocalFrame;
 use crate::device::MemoryPlan;
 use crate::film::FilmPixel;
+use crate::irradiance::{LightGrid, memory_of};
 use crate::scene::{
-    self, Endian as SceneEndian, FieldKind, Scene, SheppLoganRotation, VolumeSource, VoxelKind,
+    self, Endian as SceneEndian, FieldKind, Method, Scene, SheppLoganRotation, VolumeSource, VoxelKind,
 };
 use crate::surfaces::{self, Meshes};
 use crate::volume::field::{
@@ -59,8 +62,16 @@ impl<'a> From<&'a Volume> for DataRef<'a> {
 /// What a render of `scene` allocates on a device at least, as far as that is known before the volume is loaded.
 pub fn announced_memory(scene: &Scene) -> MemoryPlan {
     let mut plan = MemoryPlan::default();
-    if let Some(VolumeSource::Field { dims, .. }) = scene.volume.as_ref().map(|volume| &volume.source) {
+    if let Some(scene::Volume { source: VolumeSource::Field { dims, .. }, spacing, .. }) = &scene.volume {
         plan.add("voxels", voxel_count(*dims), size_of::<f32>());
+        // Beyond this no grid is made anyway.
+        if let (Method::LightVolume(light), true) = (&scene.method, voxel_count(*dims) < 1 << 40) {
+            let local = LocalFrame::new(DVec3::ZERO, spacing.unwrap_or(DVec3::ONE), *dims);
+            let [direct, scattered] =
+                [light.direct_coarsening, light.coarsening].map(|voxels| LightGrid::new(&local, voxels));
+            let phase = modelled(scene.phase, light);
+            plan.items.extend(memory_of(light, &phase, [&direct, &scattered], scene.lights.len()).items);
+        }
     }
     let image = &scene.image;
     plan.add("film", u64::from(image.width) * u64::from(image.height), size_of::<FilmPixel>());

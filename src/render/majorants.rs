@@ -226,6 +226,13 @@ fn statistics(grid: &Grid<'_>, bricks: &BrickRanges, table: &MediumTable, bounds
     statistics
 }
 
+/// The extinction (per local unit) at 2^16 points that are spread evenly over the box.
+pub(super) fn sampled(grid: &Grid<'_>, table: &MediumTable) -> Vec<f64> {
+    let dims = DVec3::from_array(grid.volume.dims.map(|n| n as f64));
+    let low = DVec3::splat(PAD as f64 - 0.5);
+    (0..SAMPLES).into_par_iter().map(|k| sigma_at(grid, table, low + low_discrepancy(k) * dims)).collect()
+}
+
 /// Points in the unit cube: multiples of the inverse powers of the real root of x⁴ = x + 1, modulo 1 (Roberts 2018).
 fn low_discrepancy(k: u32) -> DVec3 {
     const ROOT: f64 = 1.220_744_084_605_759_5;

@@ -35,6 +35,7 @@ pub mod variants;
 
 pub use auxiliary::Auxiliary;
 pub use camera::DeviceCamera;
+pub(crate) use fingerprint::Fingerprint;
 pub use fingerprint::data_hash;
 pub use ledger::PathLedger;
 pub(crate) use ledger::number;

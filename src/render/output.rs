@@ -129,6 +129,10 @@ fn describe(
     put("rejected_samples", summary.rejected.to_string());
     put("lookups", summary.lookups.to_string());
     put("launches", progress.launches.to_string());
+    if let Some(hash) = session.light_hash() {
+        put("light_hash", hash.into());
+        put("light_source", if session.is_light_from_file() { "file" } else { "computed" }.into());
+    }
     put("variance", "variance.* is the variance of one sample; over `samples` it is that of the mean".into());
     if plan.method.has_depth {
         put("depth", "Z is the mean distance to the camera in scene units, 0 where nothing was hit".into());

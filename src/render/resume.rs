@@ -69,6 +69,24 @@ impl Saved {
         self.read_film(plan, data_hash).map_err(|what| self.refusal(&what))
     }
 
+    /// Refuses to go on with another light volume than the image was begun with; `hash`: of one that is read from a file,
+    /// `None` where it is computed.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that says so.
+    pub fn check_light(&self, hash: Option<&str>) -> Result<()> {
+        let begun = self.text("light_hash");
+        match (hash, begun) {
+            (Some(hash), Some(begun)) if begun != hash => Err(self.refusal(&format!(
+                "it was begun with another light volume (svetlo.light_hash is {begun}, that of --load-light is {hash})"
+            ))),
+            (None, Some(begun)) if self.text("light_source") == Some("file") => Err(self.refusal(&format!(
+                "it was begun with the light volume of a file (svetlo.light_hash is {begun}), which --load-light must give"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     /// What the user should know before `device` continues the render: what else differs decides bits.
     pub fn note(&self, device: &DeviceInfo) -> Option<String> {
         let now = [

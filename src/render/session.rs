@@ -35,7 +35,7 @@ fn specialise(plan: &Plan<'_>, device: &DeviceInfo) -> ProgramSpec {
             spec = spec.define("PIXELS", (TILE * TILE).to_string());
         }
     }
-    if device.can_force_inlining() { spec } else { spec.define("INLINE", "inline") }
+    spec
 }
 
 /// Paths that a work-item follows side by side; with more than one it takes a whole tile.
@@ -86,6 +86,8 @@ pub struct Session {
     light: Option<Light>,
     passes: Option<Box<Passes>>,
     light_facts: Option<LightFacts>,
+    light_hash: Option<String>,
+    light_from_file: bool,
     light_time: Duration,
     /// Set when the user wants to stop.
     interrupt: Option<Arc<AtomicBool>>,
@@ -154,6 +156,7 @@ impl Session {
         } else {
             None
         };
+        let light_hash = light.filter(|_| plan.method.light.is_some());
         let light = match (&plan.method.light, light, &voxels) {
             (Some(setup), Some(data), _) => {
                 Some(Light::Done(LightBuffers::upload(&device, setup.direct_grid, data)?))
@@ -177,6 +180,8 @@ impl Session {
             light,
             passes,
             light_facts: None,
+            light_hash: light_hash.map(LightData::hash),
+            light_from_file: false,
             light_time: Duration::ZERO,
             interrupt: None,
             has_auxiliary: plan.has_auxiliary(),
@@ -233,6 +238,32 @@ impl Session {
     /// Where the flux of the photons of all runs went, for caustics.
     pub fn photons(&self) -> Option<&PassLedger> {
         self.passes.as_ref().map(|passes| passes.ledger())
+    }
+
+    /// The hash of the light volume, once there is one.
+    pub fn light_hash(&self) -> Option<&str> {
+        self.light_hash.as_deref()
+    }
+
+    /// Notes that the light volume was read from a file.
+    pub fn set_light_from_file(&mut self) {
+        self.light_from_file = true;
+    }
+
+    /// Whether the light volume was read from a file.
+    pub fn is_light_from_file(&self) -> bool {
+        self.light_from_file
+    }
+
+    /// Computes the light volume, if there is one to compute and it is not done.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails, [`Error::Interrupted`] after an interrupt.
+    pub fn compute_light(&mut self) -> Result<()> {
+        while let Some(Light::Computing(_)) = self.light {
+            self.step_light()?;
+        }
+        Ok(())
     }
 
     /// The device it runs on.
@@ -298,6 +329,7 @@ impl Session {
         self.light_time += elapsed;
         if let Some((buffers, facts)) = done {
             self.light_facts = Some(LightFacts { seconds: self.light_time.as_secs_f64(), ..facts });
+            self.light_hash = Some(buffers.read(&self.device)?.hash());
             self.light = Some(Light::Done(buffers));
         }
         Ok(())
@@ -346,7 +378,7 @@ impl Session {
         if let (Some(setup), Some(voxels)) = (&plan.method.light, &self.voxels) {
             let lighting = Lighting::new(&self.device, plan, setup, Arc::clone(voxels))?;
             self.light = Some(Light::Computing(Box::new(lighting)));
-            (self.light_facts, self.light_time) = (None, Duration::ZERO);
+            (self.light_facts, self.light_hash, self.light_time) = (None, None, Duration::ZERO);
         }
         self.reset()
     }

@@ -169,6 +169,7 @@ pub const FAMILIES: [Family; 6] = [
             Choice::Switch("SHAPE_METABALLS"),
             Choice::Switch("SHAPE_TRIANGLE"),
             Choice::Switch("SHAPE_SMOOTH"),
+            Choice::Switch("DISPERSION"),
             Choice::Switch("RECTANGLES"),
             Choice::Switch("DIRECT_RAYS"),
         ],

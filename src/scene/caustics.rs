@@ -2,12 +2,15 @@
 
 use super::camera::direction;
 use super::context::Context;
-use super::light::LEAST_SINE;
+use super::surface::{Surface, SurfaceMaterial, SurfaceShape};
 use crate::config::types::{
     AccelerationConfig, DirectConfig, FillConfig, FluxConfig, GatherConfig, KernelConfig, MethodConfig,
     SortConfig, WeightsConfig,
 };
 use glam::DVec3;
+
+/// Edges of a target at less than a right angle (cosine of the angle) span no rectangle.
+const LARGEST_COSINE: f64 = 1e-6;
 
 /// Caustics of mirrors and glass on diffuse surfaces, by photons.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,8 +21,10 @@ pub struct Caustics {
     pub radius: Option<f64>,
     /// How the radius shrinks from pass to pass, 0 < alpha ≤ 1; 1: it stays.
     pub alpha: f64,
-    /// Most times that light is reflected or refracted, ≥ 1.
+    /// Most times that light is reflected by mirrors or glass, or refracted, ≥ 1.
     pub depth: u32,
+    /// Most times that photons are reflected by diffuse surfaces.
+    pub bounces: u32,
     /// How direct light comes into the picture.
     pub direct: DirectConfig,
     /// How much light a photon carries.
@@ -30,14 +35,14 @@ pub struct Caustics {
     pub gather: Gather,
 }
 
-/// A parallelogram that photons are sent to, in scene units.
+/// A rectangle that photons are sent to, in scene units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
     /// Its middle.
     pub centre: DVec3,
     /// One edge from end to end.
     pub edge_u: DVec3,
-    /// The other edge, not parallel to `edge_u`.
+    /// The other edge, perpendicular to `edge_u`.
     pub edge_v: DVec3,
 }
 
@@ -59,18 +64,19 @@ pub struct Gather {
 }
 
 pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Caustics> {
-    let MethodConfig::Caustics { photons, radius, alpha, depth, direct, emission, gather } = config else {
+    let MethodConfig::Caustics { photons, radius, alpha, depth, bounces, direct, emission, gather } = config
+    else {
         return None;
     };
     let target = emission.target.as_ref().map(|target| {
         let [u, v] = [("edge_u", target.edge_u), ("edge_v", target.edge_v)]
             .map(|(key, edge)| direction(edge, &format!("method.emission.target.{key}"), cx));
         if let (Some(u), Some(v)) = (u, v)
-            && u.cross(v).length() < LEAST_SINE
+            && u.dot(v).abs() > LARGEST_COSINE
         {
             cx.wrong(
                 "method.emission.target.edge_v",
-                "`method.emission.target.edge_v` must not be parallel to `edge_u`",
+                "`method.emission.target.edge_v` must be perpendicular to `edge_u`",
                 "they span no rectangle",
             );
         }
@@ -82,11 +88,55 @@ pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Ca
         radius: *radius,
         alpha: *alpha,
         depth: *depth,
+        bounces: bounced(*bounces, gather, cx),
         direct: *direct,
         flux: emission.flux,
         target,
         gather: gathering(gather, emission.flux, cx),
     })
+}
+
+/// Reports receivers that cells on planes could not hold.
+pub(super) fn refuse_curved(
+    config: &MethodConfig,
+    surfaces: &[Surface],
+    materials: &[SurfaceMaterial],
+    cx: &mut Context<'_>,
+) {
+    let MethodConfig::Caustics { gather, .. } = config else { return };
+    let flat = |shape: &SurfaceShape| {
+        matches!(
+            shape,
+            SurfaceShape::Plane { .. } | SurfaceShape::Rectangle { .. } | SurfaceShape::Disk { .. }
+        )
+    };
+    let receives = |surface: &Surface| materials.get(surface.material).is_some_and(|of| !of.is_specular());
+    let curved = surfaces.iter().position(|surface| receives(surface) && !flat(&surface.shape));
+    if let (AccelerationConfig::Planar, Some(index)) = (gather.acceleration, curved) {
+        cx.wrong(
+            "method.gather.acceleration",
+            "`method.gather.acceleration = \"planar\"` needs receivers that are planes, rectangles or disks",
+            format!("`surface.{index}` is diffuse and has no plane of its own"),
+        );
+    }
+}
+
+/// Where the scene does not say: what they add after four is less than the noise.
+const BOUNCES: u32 = 4;
+
+fn bounced(bounces: Option<u32>, gather: &GatherConfig, cx: &mut Context<'_>) -> u32 {
+    match (bounces, gather.weights) {
+        (bounces, WeightsConfig::Normalised) => bounces.unwrap_or(BOUNCES),
+        (None | Some(0), WeightsConfig::Paper) => 0,
+        (Some(bounces), WeightsConfig::Paper) => {
+            cx.wrong(
+                "method.bounces",
+                "`method.bounces` must be 0 with `method.gather.weights = \"paper\"`",
+                "as published, photons end at the first diffuse surface",
+            );
+            bounces
+        }
+    }
 }
 
 fn gathering(config: &GatherConfig, flux: FluxConfig, cx: &mut Context<'_>) -> Gather {

@@ -9,7 +9,7 @@ use super::context::Context;
 use crate::config::types::{BackgroundConfig, EnvironmentSampling, LightConfig, MethodConfig};
 
 /// Edges closer to each other than this (sine of the angle) span no rectangle.
-pub(super) const LEAST_SINE: f64 = 1e-6;
+const LEAST_SINE: f64 = 1e-6;
 
 /// A light.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -132,6 +132,7 @@ impl Scene {
         let materials = surface::materials(&config.material, cx);
         let surfaces = surface::surfaces(&config.surface, &config.material, cx);
         surface::refuse_surfaces(&config.surface, &config.method, cx);
+        caustics::refuse_curved(&config.method, &surfaces, &materials, cx);
         let background = light::background(&config.background, cx);
         let method = method::method(&config.method, cx);
         let film = output::film(&config.film, &config.method, cx);

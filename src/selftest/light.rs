@@ -74,17 +74,19 @@ fn sun(bench: &Workbench) -> Result<Vec<Measurement>> {
 
 /// I / r² e^-σr within a constant medium.
 fn lamp(bench: &Workbench) -> Result<Measurement> {
-    let (dims, sigma, at) = ([9, 6, 7], 0.3, DVec3::new(3.2, 2.3, 4.9));
-    let text =
-        scene(&format!("sigma_max = {sigma}"), "kind = \"point\"\nposition = [3.2, 2.3, 4.9]\nintensity = 1");
+    let (dims, sigma, at) = ([9, 6, 7], 0.3, DVec3::new(3.2, 2.3, 10.4));
+    let text = scene(
+        &format!("sigma_max = {sigma}"),
+        "kind = \"point\"\nposition = [3.2, 2.3, 10.4]\nintensity = 1",
+    );
     let (fluence, _) = direct(bench, &Case::new(&text, volume(dims, vec![1.0; 9 * 6 * 7])?)?)?;
     let error = |(i, fluence): (usize, &f64)| {
         let cell = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])].map(|n| n as f64 + 0.5);
         let r = DVec3::from_array(cell).distance(at);
         (fluence / (f64::exp(-sigma * r) / (r * r)) - 1.0).abs()
     };
-    // Places up to 9 along each axis, beside distances of 0.4 and more, squared; the optical depth, and the exponential.
-    let roundings = 2.0 * 3.0 * 9.0 / 0.4 + 8.0 * sigma * 13.0 + 16.0;
+    // Places up to 11 along each axis, beside distances of 3.9 and more, squared; the optical depth, and the exponential.
+    let roundings = 2.0 * 3.0 * 11.0 / 3.9 + 8.0 * sigma * 13.0 + 16.0;
     Ok(Measurement::within(
         "lamp in a constant medium: largest relative error of a cell",
         fluence.iter().enumerate().map(error).fold(0.0, maximum),

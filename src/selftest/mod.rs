@@ -8,6 +8,7 @@ mod bits;
 mod closed_forms;
 mod functions;
 mod light;
+mod photons;
 mod scattering;
 mod workbench;
 
@@ -122,6 +123,12 @@ pub const CHECKS: &[Check] = &[
         name: "diffusion",
         proves: "scattered light in uneven layers is that of their resistances in series",
         run: light::diffusion,
+    },
+    Check { name: "sort", proves: "photons are put in order, and found in their cells", run: photons::sort },
+    Check {
+        name: "caustics",
+        proves: "photons lose no light, glass passes what is published, and what is gathered is an irradiance",
+        run: photons::caustics,
     },
     Check {
         name: "launches",

@@ -33,8 +33,7 @@ pub struct Components {
 }
 
 impl Components {
-    /// Reads a NRRD file whose first axis is that of the components, as [`Components::write`] writes it; spacing and
-    /// origin are not read.
+    /// Reads a NRRD file whose first axis is that of the components, as [`Components::write`] writes it.
     ///
     /// # Errors
     /// [`VolumeError`] when the file is not of that form, or damaged.
@@ -74,8 +73,9 @@ impl Components {
             Voxels::F32(store) => store.to_vec(),
             _ => return Err(header.malformed("its numbers are not float32", "compute it anew")),
         };
+        let (spacing, origin) = header.placed()?;
         let keys = header.keys;
-        Ok(Self { count, dims: [nx, ny, nz], spacing: DVec3::ONE, origin: DVec3::ZERO, keys, values })
+        Ok(Self { count, dims: [nx, ny, nz], spacing, origin, keys, values })
     }
 
     /// Writes a NRRD file of raw little-endian floats, replacing the file whole or not at all.
@@ -314,6 +314,25 @@ impl<'a> Header<'a> {
             position += read as u64;
         }
         Ok(position)
+    }
+
+    /// Spacing and origin of a grid of components along the axes.
+    fn placed(&self) -> Result<(DVec3, DVec3), VolumeError> {
+        let given = self.need("space directions")?;
+        let wrong = || self.wrong("space directions", given, "none and the axes are needed");
+        let all = vectors(given).filter(|all| all.len() == 4 && all[0].is_none()).ok_or_else(wrong)?;
+        let mut spacing = [0.0; 3];
+        for (axis, direction) in all[1..].iter().enumerate() {
+            let direction =
+                direction.as_ref().filter(|d| d.len() == 3 && along(d, axis)).ok_or_else(wrong)?;
+            spacing[axis] = direction[axis];
+        }
+        let given = self.need("space origin")?;
+        let origin = match vectors(given).as_deref() {
+            Some([Some(origin)]) if origin.len() == 3 => DVec3::from_slice(origin),
+            _ => return Err(self.wrong("space origin", given, "it must be a point")),
+        };
+        Ok((spacing.into(), origin))
     }
 
     /// `space directions`, one entry per axis.

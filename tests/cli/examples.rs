@@ -12,7 +12,7 @@ fn scenes() -> Vec<PathBuf> {
 #[test]
 fn every_example_is_valid_and_opens_with_a_comment() {
     let folder = Folder::new();
-    assert!(scenes().len() >= 12, "{:?}", scenes());
+    assert!(scenes().len() >= 17, "{:?}", scenes());
     for scene in scenes() {
         let ran = folder.succeed(&[Path::new("check"), &scene]);
         assert!(ran.out.starts_with("scene      valid"), "{}", ran.out);
@@ -57,10 +57,11 @@ fn every_suite_is_valid_and_opens_with_a_comment() {
     assert!(count >= 4);
 }
 
-/// The template explains every key of the scene language: those in force and those after a `#`.
+/// The templates explain every key of the scene language: those in force and those after a `#`.
 #[test]
-fn the_template_names_every_key() {
-    let text = include_str!("../../configs/own_data.toml");
+fn the_templates_name_every_key() {
+    let text = [include_str!("../../configs/own_data.toml"), include_str!("../../configs/own_surfaces.toml")]
+        .concat();
     let schema = svetlo::config::schema();
     let mut keys = Vec::new();
     collect_keys(&schema, &mut keys);
@@ -74,7 +75,7 @@ fn the_template_names_every_key() {
     special.extend(["table", "shapes", "gradient_max"].map(String::from));
     for key in keys.iter().filter(|key| !special.contains(key)) {
         let named = text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| word == key);
-        assert!(named, "`{key}` is not in the template");
+        assert!(named, "`{key}` is in no template");
     }
 }
 

@@ -110,10 +110,19 @@ fn damaged_light_is_refused() {
     };
     let mut infinite = good.clone();
     infinite[header..header + 4].copy_from_slice(&f32::INFINITY.to_le_bytes());
+    let mut dark = good.clone();
+    dark[header..header + 4].copy_from_slice(&(-1.0_f32).to_le_bytes());
+    let mut other = good.clone();
+    other[header..header + 4].copy_from_slice(&1.0_f32.to_le_bytes());
     let cases = [
         (good[..good.len() - 1].to_vec(), "expected 12096 bytes"),
         ([&good[..], &[0]].concat(), "found 12097"),
         (infinite, "not finite"),
+        (dark, "which is below 0"),
+        (other, "svetlo.content_hash"),
+        (edit("svetlo.components:=fluence direct", "svetlo.components:=direct fluence"), "`direct fluence`"),
+        (edit("space directions: none (0.125,0,0)", "space directions: none (0.25,0,0)"), "elsewhere"),
+        (edit("space origin: (", "space origin: (1"), "elsewhere"),
         (edit("sizes: 6 8 9 7", "sizes: 6 9 8 7"), "9×8×7"),
         (edit("sizes: 6 8 9 7", "sizes: 3 16 9 7"), "has 3 numbers"),
         (edit("dimension: 4\nsizes: 6 8 9 7", "dimension: 3\nsizes: 48 9 7"), "four sizes"),
@@ -128,7 +137,95 @@ fn damaged_light_is_refused() {
         ran.fails_with(2, problem);
         assert!(ran.err.contains("bad.nrrd"), "{}", ran.err);
     }
-    folder.run(&["render", "lit.toml", "--load-light", "none.nrrd"]).fails_with(2, "none.nrrd");
+    folder
+        .run(&["render", "lit.toml", "--load-light", "none.nrrd"])
+        .fails_with(2, "none.nrrd: there is no such file");
+}
+
+#[test]
+fn a_single_cell_is_lit_as_others_and_kept() {
+    let folder = folder();
+    let render = |rest: &[&str]| {
+        folder.succeed(&[&["render", "lit.toml", "--set", "volume.dims=[1,1,1]"], rest].concat())
+    };
+    render(&["-o", "a.exr", "--save-light", "light.nrrd"]);
+    render(&["-o", "b.exr", "--load-light", "light.nrrd"]);
+    assert_eq!(rgb(&folder.image("a.exr")), rgb(&folder.image("b.exr")));
+    render(&["-o", "dark.exr", "--set", "light=[]", "--set", "background.color=0"]);
+    assert_ne!(rgb(&folder.image("a.exr")), rgb(&folder.image("dark.exr")));
+}
+
+#[test]
+fn a_render_goes_on_with_the_light_that_it_began_with() {
+    let folder = folder();
+    fn render<'a>(rest: &[&'a str]) -> Vec<&'a str> {
+        [&["render", "lit.toml", "-o", "a.exr"], rest].concat()
+    }
+    folder.succeed(&render(&["--samples", "1", "--save-light", "own.nrrd"]));
+    // Light of the same scene that another program has altered, and signed.
+    let own = std::fs::read(folder.path("own.nrrd")).unwrap();
+    folder.write("other.nrrd", own.clone());
+    folder.succeed(&render(&["--samples", "2", "--resume", "--load-light", "other.nrrd"]));
+    let ran = folder.run(&render(&["--samples", "3", "--resume"]));
+    ran.fails_with(2, "begun with the light volume of a file");
+    let header = own.windows(2).position(|pair| pair == b"\n\n").unwrap() + 2;
+    let mut altered = own.clone();
+    altered[header..header + 4].copy_from_slice(&1.0_f32.to_le_bytes());
+    folder.write("altered.nrrd", &altered[..]);
+    let refused = folder.run(&render(&["--samples", "3", "--resume", "--load-light", "altered.nrrd"]));
+    let found = refused.err.split("of its numbers it is ").nth(1).expect("a hash")[..32].to_owned();
+    let text = String::from_utf8(altered[..header].to_vec()).unwrap();
+    let kept = text.split("svetlo.content_hash:=").nth(1).unwrap()[..32].to_owned();
+    folder.write("altered.nrrd", [text.replace(&kept, &found).as_bytes(), &altered[header..]].concat());
+    let ran = folder.run(&render(&["--samples", "3", "--resume", "--load-light", "altered.nrrd"]));
+    ran.fails_with(2, "begun with another light volume");
+}
+
+#[test]
+fn finished_renders_still_save_their_light() {
+    let folder = folder();
+    folder.succeed(&["render", "lit.toml", "-o", "a.exr"]);
+    let ran =
+        folder.succeed(&["render", "lit.toml", "-o", "a.exr", "--resume", "--save-light", "light.nrrd"]);
+    assert!(ran.out.contains("is finished already"), "{}", ran.out);
+    folder.succeed(&["render", "lit.toml", "-o", "b.exr", "--load-light", "light.nrrd"]);
+    assert_eq!(rgb(&folder.image("a.exr")), rgb(&folder.image("b.exr")));
+}
+
+#[test]
+fn programs_and_people_are_told_what_is_wrong_with_the_light() {
+    let folder = folder();
+    // A rectangle in the volume; cells of 1.25 mean free paths in a vacuum.
+    let light = "light=[{kind=\"rectangle\",centre=[0.5,0.5,0.44],edge_u=[1,0,0],edge_v=[0,1,0],radiance=1}]";
+    let hard = [
+        "--set",
+        light,
+        "--set",
+        "medium.sigma_max=10",
+        "--set",
+        "method.iterations=32",
+        "--set",
+        "volume.window={lo=0,hi=0.2}",
+    ];
+    let render =
+        |more: &[&str]| folder.succeed(&[&["render", "lit.toml", "-o", "a.exr"], &hard[..], more].concat());
+    let [noisy, thick] = ["the direct light of the cells is off by", "1.25 mean free paths thick"];
+    let ran = render(&["--json"]);
+    let report: Value = serde_json::from_str(&ran.out).unwrap();
+    let notes = report["notes"].to_string();
+    for text in [noisy, thick] {
+        assert!(notes.contains(text) && ran.err.contains(text), "{notes} {}", ran.err);
+    }
+    let facts = &report["light"]["channels"][0];
+    assert!(
+        facts["floor_cells"].as_u64() > Some(0) && facts["largest_flux"].as_f64() <= Some(1.0),
+        "{facts}"
+    );
+    assert_eq!(render(&["--json", "--quiet"]).err, "");
+    let ran = render(&[]);
+    assert!(ran.err.contains("of the cells are thinner than `method.steady.floor` = 0.01"), "{}", ran.err);
+    let ran = folder.succeed(&[&["check", "lit.toml"], &hard[..]].concat());
+    assert!(ran.out.contains(thick), "{}", ran.out);
 }
 
 #[test]
@@ -153,6 +250,8 @@ fn what_the_model_cannot_do_is_refused() {
         (format!("method={paper},steady={{}}}}"), "needs `method.model = \"steady\"`"),
         (format!("method={paper},model=\"steady\",iterations=3}}"), "needs `method.model = \"paper\"`"),
         ("method.direct_coarsening=2".into(), "must not exceed `method.coarsening`"),
+        ("method.steady.floor=1e-7".into(), "`method.steady.floor`"),
+        ("method.steady.limiter_tolerance=1e-6".into(), "`method.steady.limiter_tolerance`"),
         (
             "camera={position=[0,0,-2],target=[0,0,0],turntable={frames=2},views=[{}]}".into(),
             "give one of the two",

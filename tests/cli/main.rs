@@ -5,6 +5,7 @@
 
 mod bad_input;
 mod bad_volumes;
+mod caustics;
 mod contract;
 mod documents;
 mod examples;

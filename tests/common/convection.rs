@@ -80,8 +80,9 @@ pub fn unattenuated(medium: &Medium, light: &Light, i: usize) -> [f64; 3] {
         Light::Point { position, intensity } => {
             let volume = medium.grid.cell.element_product();
             let ball = (0.75 * volume / std::f64::consts::PI).cbrt();
-            let r2 =
+            let centre =
                 (medium.centre(i) - medium.local.point(position)).length_squared().max(ball * ball / 3.0);
+            let r2 = twin(medium, 0, 1.0).held_distance2(source(medium, light), i).unwrap_or(centre);
             intensity.map(|intensity| intensity / (r2 * medium.local.unit.powi(2)))
         }
         Light::Rectangle { .. } => unreachable!("no rectangles here"),

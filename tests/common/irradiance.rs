@@ -114,7 +114,7 @@ impl Lit {
 
     /// Direct light by place in scene units.
     pub fn direct(&self, fluence: impl FnMut(DVec3) -> [f64; 3]) -> DirectLight {
-        DirectLight { fluence: self.upload(fluence), reduced: None, flow: None }
+        DirectLight { fluence: self.upload(fluence), reduced: None, flow: None, extent: None }
     }
 
     /// A field on the direct light's grid by place in scene units.

@@ -49,12 +49,13 @@ impl Scene {
             surfaces.push(Surface { shape, material: materials.len() });
             materials.push(material);
         }
-        let emission = EmissionSettings { photons, emission: Emission::Radiometric, target: None };
+        let emission =
+            EmissionSettings { photons, emission: Emission::Radiometric, target: None, bounces: false };
         Self {
             surfaces,
             materials,
             lights: lights.into_iter().collect(),
-            settings: PhotonSettings { emission, depth: 5, seed: 7, store_direct: false },
+            settings: PhotonSettings { emission, depth: 5, bounces: 0, seed: 7, store_direct: false },
             frame: LocalFrame {
                 origin: DVec3::new(-3.0, -2.5, -4.0),
                 unit: 0.25,

@@ -107,7 +107,7 @@ error: missing key `kind` in `method`
   ┌─ scene.toml:9:1
   │
 9 │ [method]
-  │ ^^^^^^^^ needs `kind`: "emission-absorption", "mip", "isosurface", "single-scattering", "multiple-scattering", "convection-diffusion" or "hybrid-diffusion"
+  │ ^^^^^^^^ needs `kind`: "emission-absorption", "mip", "isosurface", "single-scattering", "multiple-scattering", "convection-diffusion", "hybrid-diffusion" or "caustics"
 
 1 problem in scene.toml
 "#,

@@ -4,6 +4,7 @@ mod examples;
 mod keys;
 mod robust;
 mod set;
+mod surfaces;
 mod together;
 mod values;
 

@@ -152,7 +152,7 @@ error: `method.kind` cannot be "emision-absorption"
 10 │ kind = "emision-absorption"
    │        ^^^^^^^^^^^^^^^^^^^^ did you mean "emission-absorption"?
    │
-   = allowed: "emission-absorption", "mip", "isosurface", "single-scattering", "multiple-scattering", "convection-diffusion" or "hybrid-diffusion"
+   = allowed: "emission-absorption", "mip", "isosurface", "single-scattering", "multiple-scattering", "convection-diffusion", "hybrid-diffusion" or "caustics"
 
 1 problem in scene.toml
 "#,
@@ -171,7 +171,7 @@ error: `method.kind` cannot be "photons"
 10 │ kind = "photons"
    │        ^^^^^^^^^ unknown word
    │
-   = allowed: "emission-absorption", "mip", "isosurface", "single-scattering", "multiple-scattering", "convection-diffusion" or "hybrid-diffusion"
+   = allowed: "emission-absorption", "mip", "isosurface", "single-scattering", "multiple-scattering", "convection-diffusion", "hybrid-diffusion" or "caustics"
 
 1 problem in scene.toml
 "#,
