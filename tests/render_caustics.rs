@@ -372,7 +372,7 @@ fn what_cannot_be_rendered_is_refused_in_words() {
     let message = error(&format!("{base}[method]\nkind = \"caustics\"\n"));
     assert!(message.contains("[[surface]]"), "{message}");
     let message = error(&format!(
-        "{base}{FLOOR}\"mirror\"\n[[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nirradiance = 1\n[method]\nkind = \"caustics\"\n\
+        "{base}{FLOOR}\"white\"\n[[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nirradiance = 1\n[method]\nkind = \"caustics\"\n\
          direct = \"photons\"\n"
     ));
     assert!(message.contains("target"), "{message}");

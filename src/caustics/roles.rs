@@ -135,6 +135,9 @@ pub(super) fn split(photons: u32, groups: &[(Group, u32)]) -> Result<Vec<u32>> {
             "{photons} photons are too few for {lights} lights: each light that shines needs one at least{each}"
         )));
     }
+    if groups.is_empty() {
+        return Ok(Vec::new());
+    }
     let parts: f64 = groups.iter().map(|(group, _)| group.part).sum();
     let spare = f64::from(photons - least);
     let mut counts: Vec<u32> =
