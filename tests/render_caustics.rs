@@ -371,8 +371,9 @@ fn what_cannot_be_rendered_is_refused_in_words() {
     let base = from_above(4, 1.0, "point");
     let message = error(&format!("{base}[method]\nkind = \"caustics\"\n"));
     assert!(message.contains("[[surface]]"), "{message}");
+    // Nothing has bounds, and there is something that photons would show on.
     let message = error(&format!(
-        "{base}{FLOOR}\"white\"\n[[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nirradiance = 1\n[method]\nkind = \"caustics\"\n\
+        "{base}{FLOOR}\"mirror\"\n{FLOOR}\"white\"\n[[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nirradiance = 1\n[method]\nkind = \"caustics\"\n\
          direct = \"photons\"\n"
     ));
     assert!(message.contains("target"), "{message}");
