@@ -139,7 +139,7 @@ fn measure(info: &DeviceInfo, scene: &str, overrides: &[String]) -> svetlo::Resu
 }
 
 fn open(info: &DeviceInfo, scene: &Scene) -> svetlo::Result<Session> {
-    let loaded = SceneData::load(&scene)?;
+    let loaded = SceneData::load(scene)?;
     Session::new(Device::open(info)?, &Plan::new(scene, &loaded, BRICK_SHIFT)?)
 }
 

@@ -204,7 +204,7 @@ fn the_irradiance_behind_a_glass_sphere_is_the_truth_s() {
     // Transmitted twice: internal reflections go elsewhere but for a part that spreads over the floor, 6 % of the light
     // over some 10 areas of the sphere's section.
     // The cone's bias is 3/40 of the squared radius times the Laplacian, -1000 in the middle: 0.4 % of 8.3 at first.
-    let case = burning_glass(61, 0.61, 1 << 16, "radius = 0.02\ndepth = 2\n");
+    let case = burning_glass(61, 0.61, 1 << 16, "radius = 0.02\ndepth = 2\nbounces = 0\n");
     let (film, _) = case.render(32);
     let truths: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string("tests/truths.json").unwrap()).unwrap();
@@ -233,7 +233,7 @@ fn a_picture_of_the_floor_holds_the_flux_that_was_stored() {
     let text = format!(
         "{}{FLOOR}\"white\"\n[[surface]]\nkind = \"box\"\nlow = [-0.51, -0.43, 0.2]\nhigh = [0.47, 0.54, 0.6]\nmaterial = \"glass\"\n\
          [[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nirradiance = 2\n\
-         [method]\nkind = \"caustics\"\ndirect = \"none\"\nphotons = 16384\nradius = 0.03\ndepth = 100\n",
+         [method]\nkind = \"caustics\"\ndirect = \"none\"\nphotons = 16384\nradius = 0.03\ndepth = 100\nbounces = 0\n",
         from_above(64, extent, "box").replace("position = [0, 0, 0.5]", "position = [0, 0, 0.1]")
     );
     let (film, ledger) = Case::new(&text).render(samples);
@@ -371,11 +371,17 @@ fn what_cannot_be_rendered_is_refused_in_words() {
     let base = from_above(4, 1.0, "point");
     let message = error(&format!("{base}[method]\nkind = \"caustics\"\n"));
     assert!(message.contains("[[surface]]"), "{message}");
+    // Nothing has bounds, and there is something that photons would show on.
     let message = error(&format!(
-        "{base}{FLOOR}\"mirror\"\n[[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nirradiance = 1\n[method]\nkind = \"caustics\"\n\
+        "{base}{FLOOR}\"mirror\"\n{FLOOR}\"white\"\n[[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nirradiance = 1\n[method]\nkind = \"caustics\"\n\
          direct = \"photons\"\n"
     ));
     assert!(message.contains("target"), "{message}");
+    let message = error(&format!(
+        "{base}{FLOOR}\"white\"\n[method]\nkind = \"caustics\"\nbounces = 2\nemission = {{ flux = \"equal\" }}\n\
+         gather = {{ weights = \"paper\", intensity = 1 }}\n"
+    ));
+    assert!(message.contains("`method.bounces` must be 0"), "{message}");
     let message = error(&format!("{base}{FLOOR}\"white\"\n[method]\nkind = \"mip\"\n"));
     assert!(message.contains("caustics") && message.contains("volume"), "{message}");
 }

@@ -61,8 +61,11 @@ const FAULTS: [(&str, Alter); 23] = [
     ("sunlight", |spec| spec.patch("path->pending[c] * through_of(f, c)", "path->pending[c]")),
     ("audit", |spec| spec.patch("Reals rate = bound * f->scale;", "Reals rate = 0.9f * bound * f->scale;")),
     // Collisions that are too rare on the way to a light; the arithmetic mean between two cells.
-    ("direct-light", |spec| {
-        spec.patch("(sigma - f->minorant) * inverse;", "0.9f * (sigma - f->minorant) * inverse;")
+    ("direct-light", |spec| match spec.entry {
+        "irradiance/direct.cl" => {
+            spec.patch("(sigma - f->minorant) * inverse;", "0.9f * (sigma - f->minorant) * inverse;")
+        }
+        _ => spec,
     }),
     ("diffusion", |spec| spec.patch("2.0f * a * b / (a + b)", "0.5f * (a + b)")),
     // Numbers that stay behind when keys move; ranges that end too soon.

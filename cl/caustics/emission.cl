@@ -181,6 +181,10 @@ INLINE __global const struct Emitter *emitter_of(__global const struct PhotonFra
 
 // Whether a photon that may go anywhere goes through the target all the same: others are sent there.
 INLINE bool crosses_target(__global const struct Emitter *emitter, const struct Flight *flight) {
+    if (emitter->way == EMIT_DIRECTIONAL) {
+        float2 aside = fabs(place_in(flight->cell) - 0.5f);
+        return max(aside.x, aside.y) < 0.5f / FAR_ALONG;
+    }
     float3 u = emitter->edge_u.xyz;
     float3 v = emitter->edge_v.xyz;
     float3 normal = emitter->normal.xyz;

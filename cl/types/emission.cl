@@ -13,6 +13,9 @@
 #define ROLE_AFTER_CAUSTIC 1 // met mirrors or glass before they met a diffuse surface
 #define ROLE_AFTER_DIRECT 2  // met a diffuse surface first
 
+// The target of parallel light everywhere but near is so much wider than the one that is near, which is its middle.
+#define FAR_ALONG 16.0f
+
 // A light's share of the photons: one for each cell of a grid.
 struct Emitter {
     float4 place;        // of a point, or of a rectangle's middle; parallel light: unit direction of travel, w: how far
@@ -31,7 +34,7 @@ struct Emitter {
     uint count; // photons, and cells
     uint rows;  // of cells, along edge_v; the first ones may have a column more than the others
     uint role;
-    uint except; // 1: photons in all directions, but for those through the target
+    uint except; // 1: photons in all directions, but for those through the target; parallel light: but for its middle
     uint pad_0;
     uint pad_1;
 };

@@ -1,8 +1,8 @@
 //! How lights emit photons: a grid of cells each, one photon per cell, through a target or in all directions.
 
 use super::roles::{
-    Aim, GROUPS, Group, diffuse_light_returns, focus, has_elsewhere, is_specular, near, near_along, role,
-    split,
+    Aim, GROUPS, Group, diffuse_light_returns, far_along, focus, has_elsewhere, is_specular, near,
+    near_along, role, shares, split,
 };
 use super::target::{Parts, Target};
 use crate::device_struct;
@@ -159,7 +159,9 @@ pub fn emitters(
     for ((group, sources), photons) in groups.iter().zip(split(settings.photons, &sizes)?) {
         let fluxes: Vec<f64> = sources.iter().map(|source| mean(source.flux)).collect();
         for (source, count) in sources.iter().zip(shares(&fluxes, photons)) {
-            let emitter = counted(source, first, count, settings.emission);
+            // As published, photons that are all alike end at the first diffuse surface.
+            let alike = if group.role == role::CAUSTIC { settings.emission } else { Emission::Radiometric };
+            let emitter = counted(source, first, count, alike);
             emitters.push(Emitter { role: group.role, ..emitter });
             first += count;
         }
@@ -254,7 +256,7 @@ impl Scene<'_> {
                 ))
             })?),
             Aim::Near => near_along(&self.all, direction).or(self.target),
-            Aim::Elsewhere => None,
+            Aim::Elsewhere => far_along(&self.all, direction),
         };
         Ok(target.map(|target| {
             let area = target.area() * target.normal().dot(direction).abs();
@@ -265,6 +267,7 @@ impl Scene<'_> {
                 edge_v: float4(target.edge_v, 0.0),
                 normal: float4(target.normal(), 0.0),
                 way: way::DIRECTIONAL,
+                except: u32::from(aim == Aim::Elsewhere),
                 ..Emitter::zeroed()
             };
             let aspect = target.edge_u.length() / target.edge_v.length();
@@ -392,28 +395,6 @@ fn solid_angle(corner: DVec3, size: [f64; 2]) -> f64 {
     let part = |x: f64, y: f64| (x * y).atan2(corner.z.abs() * (x * x + y * y + corner.z * corner.z).sqrt());
     let [x, y] = [corner.x, corner.y];
     part(x + size[0], y + size[1]) - part(x + size[0], y) - part(x, y + size[1]) + part(x, y)
-}
-
-/// So many photons for each flux, one at least and together `photons`, which are as many at least: the largest remainders get what is left over.
-fn shares(fluxes: &[f64], photons: u32) -> Vec<u32> {
-    let lights = fluxes.len() as u32;
-    let total: f64 = fluxes.iter().sum();
-    let spare = f64::from(photons - lights);
-    let exact: Vec<f64> = fluxes.iter().map(|flux| spare * (flux / total)).collect();
-    let mut counts: Vec<u32> = exact.iter().map(|share| 1 + share.floor() as u32).collect();
-    let mut order: Vec<usize> = (0..fluxes.len()).collect();
-    order.sort_by(|&a, &b| exact[b].fract().total_cmp(&exact[a].fract()));
-    // Rounding may have given one too many.
-    let mut left = i64::from(photons) - counts.iter().map(|&count| i64::from(count)).sum::<i64>();
-    for index in order.into_iter().cycle() {
-        match left {
-            0 => break,
-            1.. => (counts[index], left) = (counts[index] + 1, left - 1),
-            _ if counts[index] > 1 => (counts[index], left) = (counts[index] - 1, left + 1),
-            _ => {}
-        }
-    }
-    counts
 }
 
 /// The emitter with its photons and their flux.

@@ -157,6 +157,22 @@ impl PhotonMap {
         count: usize,
         radius: f32,
     ) -> Result<MapFacts> {
+        self.check(device, photons, count, radius)?;
+        if self.settings.sorts() {
+            self.sort(device, photons, count, radius)
+        } else {
+            self.copy(device, photons, count, radius)
+        }
+    }
+
+    /// Frame, photons, keys, ranges, receivers: as `PHOTON_MAP_ARGUMENTS` of `cl/caustics/gather.cl`.
+    pub fn arguments(&self) -> [Arg<'_>; 5] {
+        let keys = self.sorter.as_ref().map_or(&self.no_keys, |sorter| sorter.sorted().keys);
+        let ranges = self.ranges.as_ref().map_or(&self.no_ranges, CellRanges::ranges);
+        [(&self.frame).into(), (&self.photons).into(), keys.into(), ranges.into(), (&self.receivers).into()]
+    }
+
+    fn check(&self, device: &Device, photons: &Buffer<Photon>, count: usize, radius: f32) -> Result<()> {
         let most = self.capacity.min(photons.len());
         if count > most {
             return Err(Error::Failed(format!("cannot map {count} photons: there is room for {most}")));
@@ -175,17 +191,34 @@ impl PhotonMap {
                 device.info().name
             )));
         }
+        Ok(())
+    }
+
+    /// Keeps the photons in the order in which they are stored.
+    fn copy(
+        &mut self,
+        device: &Device,
+        photons: &Buffer<Photon>,
+        count: usize,
+        radius: f32,
+    ) -> Result<MapFacts> {
+        let mut watch = Watch { device, start: Instant::now() };
+        self.write_frame(device, radius, count, None)?;
+        let arguments = [photons.into(), (&self.photons).into(), self.stride(), (count as u32).into()];
+        self.kernels.copy.enqueue(device, &arguments, [count, 1, 1])?;
+        let valid = self.bounds(device, photons, count)?.valid;
+        Ok(MapFacts { valid, launches: 2, order: watch.lap()?, ..MapFacts::default() })
+    }
+
+    fn sort(
+        &mut self,
+        device: &Device,
+        photons: &Buffer<Photon>,
+        count: usize,
+        radius: f32,
+    ) -> Result<MapFacts> {
         let mut facts = MapFacts::default();
         let mut watch = Watch { device, start: Instant::now() };
-        if !self.settings.sorts() {
-            self.write_frame(device, radius, count, None)?;
-            let arguments = [photons.into(), (&self.photons).into(), self.stride(), (count as u32).into()];
-            self.kernels.copy.enqueue(device, &arguments, [count, 1, 1])?;
-            facts.valid = self.bounds(device, photons, count)?.valid;
-            facts.launches = 2;
-            facts.order = watch.lap()?;
-            return Ok(facts);
-        }
         let Bounds { low, high, valid } = self.bounds(device, photons, count)?;
         facts.valid = valid;
         let planar = self.settings.acceleration == Acceleration::Planar;
@@ -230,13 +263,6 @@ impl PhotonMap {
         self.kernels.order.enqueue(device, &arguments, [valid, 1, 1])?;
         facts.order = watch.lap()?;
         Ok(facts)
-    }
-
-    /// Frame, photons, keys, ranges, receivers: as `PHOTON_MAP_ARGUMENTS` of `cl/caustics/gather.cl`.
-    pub fn arguments(&self) -> [Arg<'_>; 5] {
-        let keys = self.sorter.as_ref().map_or(&self.no_keys, |sorter| sorter.sorted().keys);
-        let ranges = self.ranges.as_ref().map_or(&self.no_ranges, CellRanges::ranges);
-        [(&self.frame).into(), (&self.photons).into(), keys.into(), ranges.into(), (&self.receivers).into()]
     }
 
     fn stride(&self) -> Arg<'static> {

@@ -24,6 +24,9 @@ pub mod role {
 /// of the light; all around it gets fewer.
 const NEAR: f64 = 3.0;
 
+/// How much wider the rectangle for parallel light elsewhere is; FAR_ALONG of `cl/types/emission.cl`.
+const FAR: f64 = 16.0;
+
 /// Where photons are sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Aim {
@@ -93,9 +96,15 @@ pub(super) fn near(focus: &Parts, all: &Parts, places: &[DVec3]) -> Option<Targe
     Some(widened(found?, focus, all))
 }
 
-/// The same for parallel light, for which it is everything: all that has bounds.
+/// The same for parallel light: all that has bounds.
 pub(super) fn near_along(all: &Parts, direction: DVec3) -> Option<Target> {
     (!all.parts.is_empty()).then(|| widened(all.seen_along(direction), all, all))
+}
+
+/// Where parallel light meets what has no bounds, around that: what is farther away is left out.
+pub(super) fn far_along(all: &Parts, direction: DVec3) -> Option<Target> {
+    let near = near_along(all, direction).filter(|_| all.unbounded);
+    near.map(|near| Target { edge_u: FAR * near.edge_u, edge_v: FAR * near.edge_v, ..near })
 }
 
 /// Wider where there is anything beside it to be lit.
@@ -126,6 +135,9 @@ pub(super) fn split(photons: u32, groups: &[(Group, u32)]) -> Result<Vec<u32>> {
             "{photons} photons are too few for {lights} lights: each light that shines needs one at least{each}"
         )));
     }
+    if groups.is_empty() {
+        return Ok(Vec::new());
+    }
     let parts: f64 = groups.iter().map(|(group, _)| group.part).sum();
     let spare = f64::from(photons - least);
     let mut counts: Vec<u32> =
@@ -133,4 +145,26 @@ pub(super) fn split(photons: u32, groups: &[(Group, u32)]) -> Result<Vec<u32>> {
     // What rounding left over is the first one's.
     counts[0] += photons - counts.iter().sum::<u32>();
     Ok(counts)
+}
+
+/// So many photons for each flux, one at least and together `photons`, which are as many at least: the largest remainders get what is left over.
+pub(super) fn shares(fluxes: &[f64], photons: u32) -> Vec<u32> {
+    let lights = fluxes.len() as u32;
+    let total: f64 = fluxes.iter().sum();
+    let spare = f64::from(photons - lights);
+    let exact: Vec<f64> = fluxes.iter().map(|flux| spare * (flux / total)).collect();
+    let mut counts: Vec<u32> = exact.iter().map(|share| 1 + share.floor() as u32).collect();
+    let mut order: Vec<usize> = (0..fluxes.len()).collect();
+    order.sort_by(|&a, &b| exact[b].fract().total_cmp(&exact[a].fract()));
+    // Rounding may have given one too many.
+    let mut left = i64::from(photons) - counts.iter().map(|&count| i64::from(count)).sum::<i64>();
+    for index in order.into_iter().cycle() {
+        match left {
+            0 => break,
+            1.. => (counts[index], left) = (counts[index] + 1, left - 1),
+            _ if counts[index] > 1 => (counts[index], left) = (counts[index] - 1, left + 1),
+            _ => {}
+        }
+    }
+    counts
 }

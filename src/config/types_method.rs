@@ -174,7 +174,8 @@ pub enum MethodConfig {
         #[schemars(range(min = 1, max = 1000))]
         depth: u32,
         /// Most times that photons are reflected by diffuse surfaces; 0: as published, they end at the first. Default: 4, or
-        /// 0 with weights "paper".
+        /// 0 with direct "none" or weights "paper". What diffuse surfaces send each other is gathered as caustics are, blurred
+        /// by the radius as these, and right as it shrinks.
         #[schemars(range(max = 1000))]
         bounces: Option<u32>,
         /// How the light that arrives without a mirror or glass in its way comes into the picture.

@@ -29,7 +29,8 @@ impl SceneData {
     /// Reads the scene's files.
     ///
     /// # Errors
-    /// As [`load_volume`].
+    /// [`Error::Input`] when a file is wrong or a field's parameters are, [`Error::Failed`] when this machine cannot
+    /// hold the field.
     pub fn load(scene: &Scene) -> Result<Self> {
         Ok(Self {
             volume: scene.volume.as_ref().map(load_volume).transpose()?,

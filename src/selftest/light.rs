@@ -13,9 +13,8 @@ const PASSES: u32 = 64;
 
 /// Fluence of direct light in the cells of a case's volume, a voxel each, x fastest; and look-ups outside their bounds.
 fn direct(bench: &Workbench, case: &Case) -> Result<(Vec<f64>, u64)> {
-    let mut plan = case.plan()?;
-    plan.method.spec = (bench.alter)(plan.method.spec);
-    let device = Device::open(&bench.info)?;
+    let plan = case.plan()?;
+    let device = Device::open(&bench.info)?.altering(bench.alter);
     let medium = LitMedium::new(&device, &plan, &plan.method)?;
     let mut direct = Direct::new(&device, &medium, &LightGrid::new(&plan.local, 1), &Phase::Isotropic)?;
     while !direct.is_done(PASSES) {
@@ -83,7 +82,9 @@ fn lamp(bench: &Workbench) -> Result<Measurement> {
     let error = |(i, fluence): (usize, &f64)| {
         let cell = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])].map(|n| n as f64 + 0.5);
         let r = DVec3::from_array(cell).distance(at);
-        (fluence / (f64::exp(-sigma * r) / (r * r)) - 1.0).abs()
+        // The lamp stands over the box: only this part of the way is in the medium.
+        let inside = (dims[2] as f64 - cell[2]) / (at.z - cell[2]);
+        (fluence / (f64::exp(-sigma * inside * r) / (r * r)) - 1.0).abs()
     };
     // Places up to 11 along each axis, beside distances of 3.9 and more, squared; the optical depth, and the exponential.
     let roundings = 2.0 * 3.0 * 11.0 / 3.9 + 8.0 * sigma * 13.0 + 16.0;
