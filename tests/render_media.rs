@@ -159,10 +159,9 @@ fn photons_in_the_volume_show_the_beam_that_they_are_of() {
     // The box turns nothing, and its light counts as that of glass. Scattered once: two boundaries and one collision.
     let g = 0.5_f64;
     let lobe = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g).powf(1.5));
-    for (phase, share, ramp) in [
-        ("kind = \"isotropic\"", 0.25 / PI, false),
-        ("kind = \"henyey-greenstein\"\ng = 0.5", lobe, true),
-    ] {
+    for (phase, share, ramp) in
+        [("kind = \"isotropic\"", 0.25 / PI, false), ("kind = \"henyey-greenstein\"\ng = 0.5", lobe, true)]
+    {
         let samples = 48;
         let text = beam(6, phase, ramp, "depth = 2\nphotons = 65536\nradius = 0.1\nalpha = 1\n");
         let (film, ledger) = render(&text, samples);

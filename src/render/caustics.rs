@@ -243,7 +243,9 @@ fn notes(scene: &Scene, meshes: &Meshes, photons: bool) -> Vec<String> {
         );
     }
     if let (Some(_), Method::Caustics(Caustics { bounces: 1.., .. })) = (&scene.volume, &scene.method) {
-        notes.push("in a volume, light between diffuse surfaces is left out: method.bounces is not used".into());
+        notes.push(
+            "in a volume, light between diffuse surfaces is left out: method.bounces is not used".into(),
+        );
     }
     let black = matches!(scene.background, Background::Constant(color) if color == [0.0; 3]);
     if !black {
