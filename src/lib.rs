@@ -7,6 +7,7 @@ pub mod bench;
 pub mod caustics;
 pub mod cli;
 pub mod config;
+pub mod crew;
 pub mod device;
 pub mod diffusion;
 pub mod error;

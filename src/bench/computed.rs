@@ -13,8 +13,8 @@ use crate::device::{Device, DeviceInfo, sources_hash};
 use crate::metrics::{Removed, compare};
 use crate::picture::{Picture, read_exr, write_exr};
 use crate::render::{
-    BRICK_SHIFT, Ended, Observer, Plan, Saved, SceneData, Session, Snapshot, Spent, Status, data_hash,
-    run as run_progressive,
+    BRICK_SHIFT, Ended, Observer, Plan, Rendering, Saved, SceneData, Session, Snapshot, Spent, Status,
+    data_hash, run as run_progressive,
 };
 use crate::scene::{Scene, Stop};
 use crate::{Error, Result};
@@ -226,7 +226,7 @@ impl Keeper<'_> {
         self.spent + self.start.elapsed()
     }
 
-    fn write(&self, session: &Session) -> Result<Picture> {
+    fn write(&self, session: &dyn Rendering) -> Result<Picture> {
         let picture = Snapshot::take(session, self.plan, self.job.data, self.wall())?.picture;
         if session.progress().samples > 0 {
             write_exr(self.path, &picture)?;
@@ -243,7 +243,7 @@ impl Observer for Keeper<'_> {
         });
     }
 
-    fn snapshot(&mut self, session: &Session) -> Result<()> {
+    fn snapshot(&mut self, session: &dyn Rendering) -> Result<()> {
         self.write(session).map(drop)
     }
 

@@ -40,6 +40,22 @@ pub struct PassFacts {
     pub order_seconds: f64,
 }
 
+impl PassFacts {
+    /// Both together, of devices that share the passes.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            passes: self.passes + other.passes,
+            trace_seconds: self.trace_seconds + other.trace_seconds,
+            key_seconds: self.key_seconds + other.key_seconds,
+            sort_seconds: self.sort_seconds + other.sort_seconds,
+            fill_seconds: self.fill_seconds + other.fill_seconds,
+            order_seconds: self.order_seconds + other.order_seconds,
+            ..*if self.passes > 0 && self.radius < other.radius { self } else { other }
+        }
+    }
+}
+
 /// The photons of one sample after another.
 pub struct Passes {
     surfaces: Arc<SurfaceBuffers>,

@@ -55,6 +55,14 @@ impl ProgressView {
         }
     }
 
+    /// Runs `say`, which writes lines, with no bar in the way.
+    pub fn suspend(&self, say: impl FnOnce()) {
+        match self {
+            Self::Bar(bar) => bar.suspend(say),
+            _ => say(),
+        }
+    }
+
     /// Removes the bar.
     pub fn finish(&self) {
         if let Self::Bar(bar) = self {

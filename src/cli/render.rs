@@ -8,12 +8,13 @@ use super::summary::Summary;
 use super::watcher::Watcher;
 use super::{load_scene, outlive_file_size_limit, pretty, print_line};
 use crate::config::formats::{parse_duration, parse_percentage};
+use crate::crew::Crew;
 use crate::device::{Catalog, Device, DeviceInfo};
 use crate::irradiance::LightData;
 use crate::picture::check_writable;
 use crate::render::{
-    BRICK_SHIFT, Ended, Plan, Saved, SceneData, Session, announced_memory, data_hash, method_name,
-    preview_tonemap, run as run_progressive,
+    BRICK_SHIFT, Ended, Plan, Rendering, Saved, SceneData, Session, Spent, announced_memory, data_hash,
+    method_name, preview_tonemap, run as run_progressive,
 };
 use crate::scene::{Method, Scene, Stop};
 use crate::{Error, Result};
@@ -35,9 +36,10 @@ pub struct RenderArgs {
     /// Override a value of the scene, such as `image.width=256` (repeatable).
     #[arg(long, value_name = "KEY.PATH=VALUE")]
     set: Vec<String>,
-    /// The device: a selector of `svetlo devices`, a kind (cpu, gpu) or part of a name [env: SVETLO_DEVICE].
+    /// The device: a selector of `svetlo devices`, a kind (cpu, gpu) or part of a name. Repeat it for several that share the
+    /// work, or say all, or all:gpu [env: SVETLO_DEVICE, several with commas between].
     #[arg(long, value_name = "SELECTOR")]
-    device: Option<String>,
+    device: Vec<String>,
     /// Stop after N samples per pixel; given here, --samples, --time and --error replace all stop rules of the scene.
     #[arg(long, value_name = "N", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
@@ -92,12 +94,12 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     check_light_files(arguments, &scene)?;
     let interrupt = watch_interrupt()?;
     let catalog = Catalog::enumerate();
-    let info = catalog.select(selector(arguments).as_deref())?;
-    announced_memory(&scene).check(info)?;
+    let infos = catalog.select_several(&selectors(arguments))?;
+    infos.iter().try_for_each(|info| announced_memory(&scene).check(info))?;
     let data = SceneData::load(&scene)?;
     let mut job = Job {
         arguments,
-        info,
+        infos,
         data: &data,
         interrupt,
         light: None,
@@ -115,10 +117,20 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     ended
 }
 
+/// One picture that is to be made.
+struct Task<'a> {
+    plan: &'a Plan<'a>,
+    data_hash: &'a str,
+    output: &'a Path,
+    /// When the work for it began.
+    start: Instant,
+}
+
 /// What the pictures of a scene share.
 struct Job<'a> {
     arguments: &'a RenderArgs,
-    info: &'a DeviceInfo,
+    /// The devices, at least one.
+    infos: Vec<&'a DeviceInfo>,
     data: &'a SceneData,
     interrupt: Arc<AtomicBool>,
     /// The light volume, once a picture has computed it and others need it.
@@ -134,43 +146,81 @@ impl Job<'_> {
     /// Renders one picture; `start`: when the work for it began.
     fn render(&mut self, scene: &Scene, output: &Path, start: Instant) -> Result<()> {
         let arguments = self.arguments;
-        let preview = output.with_extension("png");
         let saved = if arguments.resume { saved(arguments, output, scene)? } else { None };
         let plan = Plan::new(scene, self.data, BRICK_SHIFT)?;
         let data_hash = data_hash(&plan, self.data)?;
         let film = saved.as_ref().map(|saved| saved.film(&plan, &data_hash)).transpose()?;
         if !arguments.quiet {
-            let resumed = saved.as_ref().and_then(|saved| saved.note(self.info));
+            let resumed = saved.as_ref().and_then(|saved| saved.note(&self.infos));
             let notes = plan.notes.iter().skip(self.said).chain(&resumed);
             notes.for_each(|note| say(&format!("note: {note}")));
             self.said = plan.notes.len();
         }
-        let mut session = self.session(&plan, &data_hash)?;
+        let light = self.given_light(&plan, &data_hash)?;
         if let Some(saved) = &saved {
-            saved.check_light(session.light_hash().filter(|_| session.is_light_from_file()))?;
+            saved.check_light(light.map(LightData::hash).as_deref())?;
         }
         // Its planes are as large as the image.
         drop(saved);
-        session.interrupt_by(Arc::clone(&self.interrupt));
-        let spent = film.as_ref().map(|film| film.spent);
-        if let Some(film) = film {
-            session.restore(&film)?;
+        let task = Task { plan: &plan, data_hash: &data_hash, output, start };
+        if let [info] = *self.infos {
+            let session =
+                Device::open(info).and_then(|device| Session::lit(device, &plan, self.light.as_ref()));
+            let mut session = session.map_err(|error| or_interrupted(&self.interrupt, error))?;
+            session.set_light_from_file(arguments.load_light.is_some());
+            session.interrupt_by(Arc::clone(&self.interrupt));
+            let spent = film.as_ref().map(|film| film.spent);
+            film.map(|film| session.restore(&film)).transpose()?;
+            return self.finish(&mut session, &task, spent);
         }
+        let spent = film.as_ref().map(|film| film.spent);
+        let devices = self.open_devices()?;
+        let light = self.light.clone();
+        std::thread::scope(|scope| {
+            let mut crew = Crew::start(scope, &plan, devices, light.as_ref(), film)?;
+            crew.set_light_from_file(arguments.load_light.is_some());
+            self.finish(&mut crew, &task, spent)
+        })
+    }
+
+    /// The devices that can be opened; of the others the user is told.
+    fn open_devices(&self) -> Result<Vec<Device>> {
+        let mut devices = Vec::new();
+        let mut refusals = Vec::new();
+        for info in &self.infos {
+            match Device::open(info) {
+                Ok(device) => devices.push(device),
+                Err(error) => refusals.push(error.to_string()),
+            }
+        }
+        if devices.is_empty() {
+            return Err(Error::Failed(refusals.join("; ")));
+        }
+        refusals.iter().for_each(|refusal| say(&format!("note: left out: {refusal}")));
+        Ok(devices)
+    }
+
+    /// Renders to the end, writes the pictures and says so.
+    fn finish(&mut self, session: &mut dyn Rendering, task: &Task<'_>, spent: Option<Spent>) -> Result<()> {
+        let arguments = self.arguments;
+        let Task { plan, data_hash, output, start } = *task;
+        let preview = output.with_extension("png");
         let begun = session.progress();
-        let stop = stop_rules(arguments, scene);
+        let stop = stop_rules(arguments, plan.scene);
         let mut watcher = Watcher {
-            plan: &plan,
-            data_hash: &data_hash,
+            plan,
+            data_hash,
             spent: spent.unwrap_or_default(),
             output,
             preview: &preview,
-            tonemap: preview_tonemap(&scene.film),
+            tonemap: preview_tonemap(&plan.scene.film),
             start,
             interrupt: Arc::clone(&self.interrupt),
             stop: &stop,
             view: ProgressView::new(arguments.quiet),
+            quiet: arguments.quiet,
         };
-        let ended = run_progressive(&mut session, &plan, &stop, &mut watcher);
+        let ended = run_progressive(session, plan, &stop, &mut watcher);
         watcher.view.finish();
         let ended = ended.map_err(|error| or_interrupted(&self.interrupt, error))?;
         if ended == Ended::Interrupted && session.progress().samples == 0 {
@@ -179,14 +229,14 @@ impl Job<'_> {
             return Err(Error::Interrupted);
         }
         let added = session.progress().samples != begun.samples || session.progress().tiles != begun.tiles;
-        let snapshot = watcher.write(&session, added)?;
-        self.keep_light(&mut session, &plan, &data_hash)?;
+        let snapshot = watcher.write(session, added)?;
+        self.keep_light(session, plan, data_hash)?;
         let summary = Summary {
             scene: &arguments.scene,
             output,
             preview: &preview,
-            plan: &plan,
-            session: &session,
+            plan,
+            session,
             snapshot: &snapshot,
             ended,
             wall: watcher.wall(),
@@ -204,22 +254,17 @@ impl Job<'_> {
         summary.outcome()
     }
 
-    /// A session with the light volume that there is.
-    fn session(&mut self, plan: &Plan<'_>, data_hash: &str) -> Result<Session> {
-        if let (None, Some(path)) = (&self.light, &self.arguments.load_light) {
+    /// Reads the light volume that is to be taken from a file, if that is asked for.
+    fn given_light(&mut self, plan: &Plan<'_>, data_hash: &str) -> Result<Option<&LightData>> {
+        let Some(path) = &self.arguments.load_light else { return Ok(None) };
+        if self.light.is_none() {
             self.light = Some(LightData::read(path, plan, data_hash)?);
         }
-        let session =
-            Device::open(self.info).and_then(|device| Session::lit(device, plan, self.light.as_ref()));
-        let mut session = session.map_err(|error| or_interrupted(&self.interrupt, error))?;
-        if self.arguments.load_light.is_some() {
-            session.set_light_from_file();
-        }
-        Ok(session)
+        Ok(self.light.as_ref())
     }
 
     /// Writes the light volume that a session has computed if that is asked for, and keeps it for further pictures.
-    fn keep_light(&mut self, session: &mut Session, plan: &Plan<'_>, data_hash: &str) -> Result<()> {
+    fn keep_light(&mut self, session: &mut dyn Rendering, plan: &Plan<'_>, data_hash: &str) -> Result<()> {
         let wanted = self.views > 1 || self.arguments.save_light.is_some();
         if self.light.is_some() || !wanted {
             return Ok(());
@@ -278,9 +323,13 @@ fn saved(arguments: &RenderArgs, output: &Path, scene: &Scene) -> Result<Option<
 }
 
 /// `--device`, else `SVETLO_DEVICE` unless it is empty, as an unset variable of a script is.
-fn selector(arguments: &RenderArgs) -> Option<String> {
-    let variable = || std::env::var("SVETLO_DEVICE").ok().filter(|text| !text.trim().is_empty());
-    arguments.device.clone().or_else(variable)
+fn selectors(arguments: &RenderArgs) -> Vec<String> {
+    if !arguments.device.is_empty() {
+        return arguments.device.clone();
+    }
+    let variable = std::env::var("SVETLO_DEVICE").unwrap_or_default();
+    let words = variable.split(',').map(str::trim).filter(|word| !word.is_empty());
+    words.map(str::to_owned).collect()
 }
 
 fn stop_rules(arguments: &RenderArgs, scene: &Scene) -> Stop {

@@ -2,7 +2,7 @@
 
 use super::stderr::say;
 use super::{energy, light, photons, print_line};
-use crate::render::{Ended, Plan, Session, Snapshot, Spent, method_name};
+use crate::render::{Ended, Facts, Plan, Rendering, Shift, Snapshot, Spent, method_name, of_devices};
 use crate::scene::{Caustics, Method};
 use crate::{Error, Result};
 use serde_json::{Value, json};
@@ -24,7 +24,7 @@ pub struct Summary<'a> {
     /// What was rendered.
     pub plan: &'a Plan<'a>,
     /// Where.
-    pub session: &'a Session,
+    pub session: &'a dyn Rendering,
     /// What was written.
     pub snapshot: &'a Snapshot,
     /// Why it ended.
@@ -47,14 +47,16 @@ impl Summary<'_> {
             return Ok(());
         }
         say(&self.line());
-        if let Some(facts) = self.session.light_facts() {
-            say(&light::line(facts));
+        let facts = self.facts();
+        share_lines(&self.session.shifts()).iter().for_each(|text| say(text));
+        if let Some(light) = facts.light {
+            say(&light::line(light));
         }
         if let Some(paths) = &self.snapshot.paths {
             say(&energy::line(paths, &self.plan.scene.method));
         }
-        if let (Some(ledger), Some(facts)) = (&self.snapshot.photons, self.session.pass_facts()) {
-            photons::line(ledger, facts).iter().for_each(|text| say(text));
+        if let (Some(ledger), Some(passes)) = (&self.snapshot.photons, facts.passes) {
+            photons::line(ledger, passes).iter().for_each(|text| say(text));
         }
         self.warn();
         let summary = &self.snapshot.summary;
@@ -74,7 +76,7 @@ impl Summary<'_> {
 
     /// What the user should know about how it went.
     fn warnings(&self) -> Vec<String> {
-        let light = self.session.light_facts().map(light::warnings).unwrap_or_default();
+        let light = self.facts().light.map(light::warnings).unwrap_or_default();
         let method = &self.plan.scene.method;
         let paths = self.snapshot.paths.as_ref().and_then(|paths| energy::warning(paths, method));
         let photons = match (&self.snapshot.photons, method) {
@@ -122,6 +124,10 @@ impl Summary<'_> {
         Ok(())
     }
 
+    fn facts(&self) -> Facts<'_> {
+        self.session.facts()
+    }
+
     fn line(&self) -> String {
         let progress = self.session.progress();
         let error = self.snapshot.summary.relative_error();
@@ -140,7 +146,7 @@ impl Summary<'_> {
             count(progress.samples),
             self.wall.as_secs_f64(),
             progress.device_time.as_secs_f64(),
-            self.session.device().info().name
+            of_devices(&self.facts().devices, |device| &device.name)
         )
     }
 
@@ -148,7 +154,8 @@ impl Summary<'_> {
     pub fn json(&self) -> Value {
         let progress = self.session.progress();
         let summary = &self.snapshot.summary;
-        let device = self.session.device().info();
+        let facts = self.facts();
+        let device = facts.devices[0];
         json!({
             // JSON is Unicode; a path need not be.
             "scene": self.scene.to_string_lossy(),
@@ -162,7 +169,7 @@ impl Summary<'_> {
             "seconds": {
                 "wall": self.wall.as_secs_f64(),
                 "device": progress.device_time.as_secs_f64(),
-                "build": self.session.build_time.as_secs_f64(),
+                "build": facts.build_time.as_secs_f64(),
             },
             // What of this earlier runs contributed.
             "resumed": self.resumed.map(|spent| json!({
@@ -174,13 +181,13 @@ impl Summary<'_> {
                 },
                 "launches": spent.progress.launches,
             })),
-            "build_cached": self.session.build_cached,
+            "build_cached": facts.build_cached,
             "launches": progress.launches,
             "lookups": summary.lookups,
             "lookups_per_ray": summary.lookups as f64 / summary.samples.max(1) as f64,
-            "light": self.session.light_facts(),
+            "light": facts.light,
             "paths": self.snapshot.paths.as_ref().map(energy::report),
-            "photons": self.snapshot.photons.as_ref().zip(self.session.pass_facts())
+            "photons": self.snapshot.photons.as_ref().zip(facts.passes)
                 .map(|(ledger, facts)| photons::report(ledger, facts)),
             "mean": summary.mean,
             "estimated_error": summary.relative_error(),
@@ -191,9 +198,23 @@ impl Summary<'_> {
                 "platform": device.platform,
                 "driver": device.driver,
             },
+            // Where there are several: `device` is the first.
+            "devices": self.session.shifts(),
             "notes": self.plan.notes.iter().cloned().chain(self.warnings()).collect::<Vec<_>>(),
         })
     }
+}
+
+/// What each of several devices has done.
+fn share_lines(shifts: &[Shift]) -> Vec<String> {
+    let total = shifts.iter().map(|shift| shift.samples).sum::<u64>().max(1) as f64;
+    let line = |shift: &Shift| {
+        let Shift { selector, name, samples, seconds, lost } = shift;
+        let share = *samples as f64 / total * 100.0;
+        let lost = if lost.is_some() { "; it failed on the way" } else { "" };
+        format!("{name} ({selector}): {share:.1} % of the samples in {seconds:.2} s{lost}")
+    };
+    shifts.iter().map(line).collect()
 }
 
 fn count(samples: u32) -> String {

@@ -1,9 +1,10 @@
 //! Who watches a render for `svetlo render`: writes pictures, shows progress, and knows of interrupts.
 
 use super::progress::ProgressView;
+use super::stderr::say;
 use crate::Result;
 use crate::picture::{Tonemap, write_exr, write_png};
-use crate::render::{Observer, Plan, Session, Snapshot, Spent, Status};
+use crate::render::{Observer, Plan, Rendering, Snapshot, Spent, Status};
 use crate::scene::Stop;
 use std::path::Path;
 use std::sync::Arc;
@@ -23,6 +24,7 @@ pub(super) struct Watcher<'a> {
     pub interrupt: Arc<AtomicBool>,
     pub stop: &'a Stop,
     pub view: ProgressView,
+    pub quiet: bool,
 }
 
 impl Watcher<'_> {
@@ -32,7 +34,7 @@ impl Watcher<'_> {
     }
 
     /// Writes the preview, and the image unless it is the one that was read.
-    pub fn write(&self, session: &Session, changed: bool) -> Result<Snapshot> {
+    pub fn write(&self, session: &dyn Rendering, changed: bool) -> Result<Snapshot> {
         let snapshot = Snapshot::take(session, self.plan, self.data_hash, self.wall())?;
         if changed {
             write_exr(self.output, &snapshot.picture)?;
@@ -65,8 +67,14 @@ impl Observer for Watcher<'_> {
         self.view.show(status, fraction);
     }
 
-    fn snapshot(&mut self, session: &Session) -> Result<()> {
+    fn snapshot(&mut self, session: &dyn Rendering) -> Result<()> {
         self.write(session, true).map(drop)
+    }
+
+    fn note(&mut self, text: &str) {
+        if !self.quiet {
+            self.view.suspend(|| say(&format!("note: {text}")));
+        }
     }
 
     fn interrupted(&self) -> bool {

@@ -102,17 +102,26 @@ impl<T: Pod> Buffer<T> {
     /// # Errors
     /// [`Error::Failed`] when the device fails.
     pub fn read(&self, device: &Device) -> Result<Vec<T>> {
-        let mut data = vec![T::zeroed(); self.len];
+        self.read_part(device, 0, self.len)
+    }
+
+    /// Reads `len` elements from `offset` on; waits for the work enqueued before.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the range does not fit or the device fails.
+    pub fn read_part(&self, device: &Device, offset: usize, len: usize) -> Result<Vec<T>> {
+        self.check_range(offset, len)?;
+        let mut data = vec![T::zeroed(); len];
         if data.is_empty() {
             return Ok(data);
         }
-        // SAFETY: `data` has exactly the buffer's size, the call blocks, and every bit pattern is a valid `T: Pod`.
+        // SAFETY: the range was checked, `data` has its size, the call blocks, and every bit pattern is a valid `T: Pod`.
         let status = unsafe {
             ffi::clEnqueueReadBuffer(
                 device.queue.as_ptr(),
                 self.mem.as_ptr(),
                 ffi::CL_TRUE,
-                0,
+                offset * size_of::<T>(),
                 size_of_val(data.as_slice()),
                 data.as_mut_ptr().cast(),
                 0,

@@ -131,6 +131,39 @@ impl Catalog {
         found.ok_or_else(|| Error::Input(self.no_match(selector.unwrap_or_default())))
     }
 
+    /// The devices that `selectors` name, each once, in their order; the best one where there are none.
+    ///
+    /// A selector is one of [`Catalog::select`], or `all`, or `all:` and part of a name or a kind: every device that has it.
+    ///
+    /// # Errors
+    /// As [`Catalog::select`], and [`Error::Input`] when two selectors name the same device.
+    pub fn select_several(&self, selectors: &[String]) -> Result<Vec<&DeviceInfo>> {
+        let mut chosen: Vec<&DeviceInfo> = Vec::new();
+        for selector in selectors {
+            let found = self.all_of(selector)?;
+            if let Some(twice) =
+                found.iter().find(|one| chosen.iter().any(|other| other.selector == one.selector))
+            {
+                return Err(Error::Input(format!(
+                    "--device '{selector}' is {} ({}), which another --device names already",
+                    twice.name, twice.selector
+                )));
+            }
+            chosen.extend(found);
+        }
+        if selectors.is_empty() { Ok(vec![self.select(None)?]) } else { Ok(chosen) }
+    }
+
+    fn all_of(&self, selector: &str) -> Result<Vec<&DeviceInfo>> {
+        let word = selector.trim().to_lowercase();
+        let Some(rest) = word.strip_prefix("all").map(|rest| rest.strip_prefix(':').unwrap_or(rest)) else {
+            return Ok(vec![self.select(Some(selector))?]);
+        };
+        // Says what there is, if there is nothing.
+        self.select(Some(rest).filter(|rest| !rest.is_empty()))?;
+        Ok(self.devices.iter().filter(|device| rest.is_empty() || device.matches(rest)).collect())
+    }
+
     fn nothing_found(&self) -> String {
         let mut text = String::from(
             "no OpenCL device was found; install a runtime, for a CPU on Debian or Ubuntu: \

@@ -42,6 +42,7 @@ const FILES: &[(&str, &str)] = embed![
     "diffusion/solver.cl",
     "diffusion/vectors.cl",
     "film/accumulate.cl",
+    "film/fold.cl",
     "irradiance/between.cl",
     "irradiance/cells.cl",
     "irradiance/combine.cl",

@@ -50,6 +50,11 @@ impl FilmPixel {
         }))
     }
 
+    /// Samples that were tried: added, or rejected.
+    pub fn tried(&self) -> u32 {
+        self.count.saturating_add(self.rejected)
+    }
+
     /// Cells fetched from the volume.
     pub fn lookups(&self) -> u64 {
         u64::from(self.lookups_high) << 32 | u64::from(self.lookups_low)

@@ -26,11 +26,14 @@ mod output;
 mod plan;
 mod planned_volume;
 mod progressive;
+mod rendering;
 mod resume;
 pub mod scattering;
 mod session;
+mod share;
 mod silhouette;
 mod state;
+mod tiles;
 pub mod variants;
 
 pub use auxiliary::Auxiliary;
@@ -44,8 +47,11 @@ pub use output::{Snapshot, method_name, preview_tonemap};
 pub use plan::{BRICK_SHIFT, Plan};
 pub use planned_volume::PlannedVolume;
 pub use progressive::{Ended, Observer, Status, run};
+pub use rendering::{Facts, Rendering, Shift, of_devices};
 pub use resume::{Saved, SavedFilm, Spent};
 pub use session::{Progress, Session};
+pub use share::{Share, extent_of_rows};
+pub use tiles::{Lag, TILE};
 
 use crate::device::layout::StructLayout;
 

@@ -4,7 +4,7 @@ use super::auxiliary::{self, Auxiliary};
 use super::fingerprint::Fingerprint;
 use super::ledger::PathLedger;
 use super::plan::Plan;
-use super::session::Session;
+use super::rendering::{Rendering, of_devices};
 use super::state;
 use crate::Result;
 use crate::caustics::{PassLedger, pass_ledger};
@@ -33,19 +33,20 @@ impl Snapshot {
     ///
     /// # Errors
     /// [`crate::Error::Failed`] when the device fails.
-    pub fn take(session: &Session, plan: &Plan<'_>, data_hash: &str, wall: Duration) -> Result<Self> {
+    pub fn take(session: &dyn Rendering, plan: &Plan<'_>, data_hash: &str, wall: Duration) -> Result<Self> {
         let film = session.film()?;
         let extra = session.auxiliary()?;
         let paths = session.ledger()?;
         let mut summary = FilmSummary::of(&film);
-        let light = session.light_facts().and_then(|facts| facts.cost);
+        let facts = session.facts();
+        let light = facts.light.and_then(|facts| facts.cost);
         summary.lookups += paths.map_or(0, |paths| paths.lookups) + light.map_or(0, |cost| cost.lookups);
         let mut picture = picture(&film, plan);
         if let Some(extra) = &extra {
             auxiliary::add_channels(&mut picture, extra, plan.local.unit);
         }
         describe(&mut picture, session, plan, &summary, wall);
-        let photons = session.photons().copied();
+        let photons = facts.photons.copied();
         let of_paths = paths.iter().flat_map(PathLedger::entries);
         for (key, value) in of_paths.chain(photons.iter().flat_map(PassLedger::entries)) {
             picture.metadata.insert(format!("svetlo.{key}"), value);
@@ -104,13 +105,12 @@ fn picture(film: &[FilmPixel], plan: &Plan<'_>) -> Picture {
 
 fn describe(
     picture: &mut Picture,
-    session: &Session,
+    session: &dyn Rendering,
     plan: &Plan<'_>,
     summary: &FilmSummary,
     wall: Duration,
 ) {
-    let progress = session.progress();
-    let device = session.device().info();
+    let (progress, facts) = (session.progress(), session.facts());
     let mut put = |key: &str, value: String| {
         picture.metadata.insert(format!("svetlo.{key}"), value);
     };
@@ -121,17 +121,17 @@ fn describe(
     put("samples", progress.samples.to_string());
     put("seconds_wall", format!("{:.6}", wall.as_secs_f64()));
     put("seconds_device", format!("{:.6}", progress.device_time.as_secs_f64()));
-    put("seconds_build", format!("{:.6}", session.build_time.as_secs_f64()));
-    put("device", device.name.clone());
-    put("platform", device.platform.clone());
-    put("driver", device.driver.clone());
+    put("seconds_build", format!("{:.6}", facts.build_time.as_secs_f64()));
+    put("device", of_devices(&facts.devices, |device| &device.name));
+    put("platform", of_devices(&facts.devices, |device| &device.platform));
+    put("driver", of_devices(&facts.devices, |device| &device.driver));
     put("estimated_error", summary.relative_error().map_or("unknown".into(), |error| format!("{error:.6e}")));
     put("rejected_samples", summary.rejected.to_string());
     put("lookups", summary.lookups.to_string());
     put("launches", progress.launches.to_string());
-    if let Some(hash) = session.light_hash() {
+    if let Some(hash) = facts.light_hash {
         put("light_hash", hash.into());
-        put("light_source", if session.is_light_from_file() { "file" } else { "computed" }.into());
+        put("light_source", if facts.light_from_file { "file" } else { "computed" }.into());
     }
     put("variance", "variance.* is the variance of one sample; over `samples` it is that of the mean".into());
     if plan.method.has_depth {

@@ -9,7 +9,7 @@ use super::load::DataRef;
 use super::local::LocalFrame;
 use super::method::{self, DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use super::planned_volume::PlannedVolume;
-use super::session::TILE;
+use super::tiles::TILE;
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::film::FilmPixel;
 use crate::irradiance;

@@ -1,7 +1,8 @@
 //! The progressive loop: launches until a stop rule holds, with snapshots on the way.
 
 use super::plan::Plan;
-use super::session::{Progress, Session};
+use super::rendering::Rendering;
+use super::session::Progress;
 use crate::film::FilmSummary;
 use crate::scene::Stop;
 use crate::{Error, Result};
@@ -43,7 +44,9 @@ pub trait Observer {
     ///
     /// # Errors
     /// Whatever keeps the picture from being written; it ends the render.
-    fn snapshot(&mut self, session: &Session) -> Result<()>;
+    fn snapshot(&mut self, session: &dyn Rendering) -> Result<()>;
+    /// Called with what the user should know.
+    fn note(&mut self, _text: &str) {}
     /// Whether to stop now.
     fn interrupted(&self) -> bool;
 }
@@ -66,7 +69,7 @@ pub struct Status {
 /// # Errors
 /// [`crate::Error::Failed`] when the device fails, and what [`Observer::snapshot`] returns.
 pub fn run(
-    session: &mut Session,
+    session: &mut dyn Rendering,
     plan: &Plan<'_>,
     stop: &Stop,
     observer: &mut dyn Observer,
@@ -105,6 +108,7 @@ pub fn run(
             elapsed,
             error,
         };
+        session.take_notes().iter().for_each(|note| observer.note(note));
         observer.progress(&status);
         if observer.interrupted() {
             return Ok(Ended::Interrupted);

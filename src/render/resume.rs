@@ -4,14 +4,17 @@ use super::auxiliary::{self, Auxiliary};
 use super::fingerprint::Fingerprint;
 use super::ledger::{self, PathLedger};
 use super::plan::Plan;
-use super::session::{Progress, TILE};
+use super::rendering::of_devices;
+use super::session::Progress;
 use super::state::{self, FORMAT};
+use super::tiles::{Lag, Standing};
 use crate::caustics::PassLedger;
 use crate::device::DeviceInfo;
 use crate::film::FilmPixel;
 use crate::picture::{Picture, read_exr};
 use crate::scene::Scene;
 use crate::{Error, Result};
+use bytemuck::Zeroable;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -42,8 +45,25 @@ pub struct SavedFilm {
     pub paths: Option<PathLedger>,
     /// Where the flux of photons went, for caustics.
     pub photons: Option<PassLedger>,
+    /// Tiles that have fewer samples than others.
+    pub lag: Vec<Lag>,
     /// The runs that made it.
     pub spent: Spent,
+}
+
+impl SavedFilm {
+    /// The film of `plan` before its first sample.
+    pub fn empty(plan: &Plan<'_>) -> Self {
+        let image = &plan.scene.image;
+        Self {
+            pixels: vec![FilmPixel::zeroed(); image.width as usize * image.height as usize],
+            auxiliary: None,
+            paths: None,
+            photons: None,
+            lag: Vec::new(),
+            spent: Spent::default(),
+        }
+    }
 }
 
 impl Saved {
@@ -87,17 +107,17 @@ impl Saved {
         }
     }
 
-    /// What the user should know before `device` continues the render: what else differs decides bits.
-    pub fn note(&self, device: &DeviceInfo) -> Option<String> {
+    /// What the user should know before `devices` continue the render: what else differs decides bits.
+    pub fn note(&self, devices: &[&DeviceInfo]) -> Option<String> {
         let now = [
-            ("version", env!("CARGO_PKG_VERSION")),
-            ("device", &device.name),
-            ("platform", &device.platform),
-            ("driver", &device.driver),
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("device", of_devices(devices, |device| &device.name)),
+            ("platform", of_devices(devices, |device| &device.platform)),
+            ("driver", of_devices(devices, |device| &device.driver)),
         ];
-        let changed = |&(key, now): &(&str, &str)| {
+        let changed = |(key, now): &(&str, String)| {
             let then = self.text(key).unwrap_or("unknown");
-            (then != now).then(|| format!("{key} {then}, now {now}"))
+            (then != *now).then(|| format!("{key} {then}, now {now}"))
         };
         let changes: Vec<String> = now.iter().filter_map(changed).collect();
         (!changes.is_empty()).then(|| {
@@ -180,7 +200,8 @@ impl Saved {
         if self.text("state_hash") != Some(&sum.finish()) {
             return Err("its channels are not as svetlo wrote them: some were changed or are missing".into());
         }
-        let (samples, tiles) = position(&pixels, plan.scene.image.width)?;
+        let Standing { samples, tiles, lag } = Standing::of(&pixels, plan.scene.image.width)
+            .ok_or("the sample counts of its pixels are none that a render stops at")?;
         let progress = Progress {
             samples,
             tiles,
@@ -192,68 +213,6 @@ impl Saved {
         let paths = plan.method.paths.then(|| PathLedger::read(&self.picture.metadata)).transpose()?;
         let caustics = plan.method.caustics.as_ref();
         let photons = caustics.map(|_| PassLedger::read(&self.picture.metadata)).transpose()?;
-        Ok(SavedFilm { pixels, auxiliary, paths, photons, spent: Spent { progress, wall, build } })
-    }
-}
-
-/// Samples that every pixel has had, and how many tiles have had one more: always the first ones.
-fn position(film: &[FilmPixel], width: u32) -> Result<(u32, u32), String> {
-    let width = width as usize;
-    let tile = TILE as usize;
-    let per_row = width.div_ceil(tile);
-    let tile_of = |pixel: usize| (pixel / width / tile) * per_row + pixel % width / tile;
-    let attempts = |pixel: &FilmPixel| u64::from(pixel.count) + u64::from(pixel.rejected);
-    let least = film.iter().map(attempts).min().unwrap_or(0);
-    let ahead = film.iter().enumerate().filter(|(_, pixel)| attempts(pixel) > least);
-    let tiles = ahead.map(|(index, _)| tile_of(index) + 1).max().unwrap_or(0);
-    let expected = |index: usize| least + u64::from(tile_of(index) < tiles);
-    let whole = film.iter().enumerate().all(|(index, pixel)| attempts(pixel) == expected(index));
-    match (whole, u32::try_from(least), u32::try_from(tiles)) {
-        (true, Ok(samples), Ok(tiles)) => Ok((samples, tiles)),
-        _ => Err("the sample counts of its pixels are none that a render stops at".into()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use bytemuck::Zeroable;
-
-    /// A film of 19×10 pixels (3×2 tiles) with these sample counts.
-    fn film(count: impl Fn(usize, usize) -> u32) -> Vec<FilmPixel> {
-        let pixel = |i: usize| FilmPixel { count: count(i % 19, i / 19), ..FilmPixel::zeroed() };
-        (0..190).map(pixel).collect()
-    }
-
-    #[test]
-    fn counts_tell_samples_and_tiles() {
-        let tile = |x: usize, y: usize| y / 8 * 3 + x / 8;
-        for tiles in 0..6 {
-            let found = position(&film(|x, y| 7 + u32::from(tile(x, y) < tiles)), 19);
-            assert_eq!(found, Ok((7, tiles as u32)));
-        }
-    }
-
-    #[test]
-    fn rejected_samples_were_tried_too() {
-        let mut film = film(|_, _| 5);
-        (film[30].count, film[30].rejected) = (3, 2);
-        assert_eq!(position(&film, 19), Ok((5, 0)));
-    }
-
-    #[test]
-    fn counts_that_no_launch_leaves_are_refused() {
-        let odd: [&dyn Fn(usize, usize) -> u32; 4] = [
-            &|x, y| 7 + u32::from((x, y) == (0, 0)),
-            &|x, _| 7 + u32::from(x >= 8),
-            &|x, y| 7 + 2 * u32::from(x < 8 && y < 8),
-            &|x, y| if (x, y) == (18, 9) { 0 } else { 7 },
-        ];
-        for count in odd {
-            assert!(position(&film(count), 19).is_err());
-        }
-        let mut film = film(|_, _| u32::MAX);
-        film.iter_mut().for_each(|pixel| pixel.rejected = 1);
-        assert!(position(&film, 19).is_err());
+        Ok(SavedFilm { pixels, auxiliary, paths, photons, lag, spent: Spent { progress, wall, build } })
     }
 }

@@ -3,7 +3,9 @@
 use super::auxiliary::Auxiliary;
 use super::ledger::{Ledger, PathLedger};
 use super::plan::Plan;
+use super::rendering::{Facts, Rendering};
 use super::resume::SavedFilm;
+use super::tiles::{Lag, TILE};
 use crate::caustics::{MapSettings, PassFacts, PassLedger, Passes};
 use crate::device::{
     Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, LAUNCH_TARGET, Pacer, Program, ProgramSpec,
@@ -14,9 +16,6 @@ use crate::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-
-/// Pixels per edge of a tile: mirrors `TILE_SHIFT` in `cl/render/frame.cl`.
-pub(super) const TILE: u32 = 8;
 
 /// The plan's program as this device runs it best.
 ///
@@ -59,14 +58,14 @@ pub struct Progress {
 }
 
 /// What paths keep besides the film.
-struct PathBuffers {
-    ledgers: Buffer<Ledger>,
+pub(super) struct PathBuffers {
+    pub ledgers: Buffer<Ledger>,
     /// Of every pixel, or a single unused one.
-    auxiliary: Buffer<Auxiliary>,
+    pub auxiliary: Buffer<Auxiliary>,
     /// What the runs before this one did.
     earlier: PathLedger,
     /// Whether a work-item renders a tile.
-    tile_items: bool,
+    pub tile_items: bool,
 }
 
 /// The light of methods that project it.
@@ -77,14 +76,14 @@ enum Light {
 
 /// A render on a device. Samples are added launch by launch; the film is bit for bit the same however they are cut.
 pub struct Session {
-    device: Device,
+    pub(super) device: Device,
     kernel: Kernel,
     inputs: Vec<Arc<Buffer<u8>>>,
     voxels: Option<Arc<Buffer<u8>>>,
-    film: Buffer<FilmPixel>,
-    paths: Option<PathBuffers>,
+    pub(super) film: Buffer<FilmPixel>,
+    pub(super) paths: Option<PathBuffers>,
     light: Option<Light>,
-    passes: Option<Box<Passes>>,
+    pub(super) passes: Option<Box<Passes>>,
     light_facts: Option<LightFacts>,
     light_hash: Option<String>,
     light_from_file: bool,
@@ -92,8 +91,10 @@ pub struct Session {
     /// Set when the user wants to stop.
     interrupt: Option<Arc<AtomicBool>>,
     has_auxiliary: bool,
-    tiles: u32,
-    pacer: Pacer,
+    pub(super) tiles: u32,
+    /// Tiles that have fewer samples than others, in a film of several devices that is continued.
+    lag: Vec<Lag>,
+    pub(super) pacer: Pacer,
     launch_limit: Option<u64>,
     progress: Progress,
     /// Time to build the program, or to load it from the cache; with that of the runs it continues.
@@ -186,6 +187,7 @@ impl Session {
             interrupt: None,
             has_auxiliary: plan.has_auxiliary(),
             tiles,
+            lag: Vec::new(),
             pacer: Pacer::new(LAUNCH_TARGET),
             launch_limit: None,
             progress: Progress::default(),
@@ -245,9 +247,9 @@ impl Session {
         self.light_hash.as_deref()
     }
 
-    /// Notes that the light volume was read from a file.
-    pub fn set_light_from_file(&mut self) {
-        self.light_from_file = true;
+    /// Notes whether the light volume was read from a file.
+    pub fn set_light_from_file(&mut self, from_file: bool) {
+        self.light_from_file = from_file;
     }
 
     /// Whether the light volume was read from a file.
@@ -283,7 +285,10 @@ impl Session {
         if let Some(Light::Computing(_)) = self.light {
             return self.step_light();
         }
-        let mut most_samples = self.device.info().samples_per_launch();
+        if let Some(lag) = self.lag.pop() {
+            return self.catch_up(lag);
+        }
+        let mut most_samples = self.most_samples();
         if let Some(passes) = &mut self.passes {
             let pass = self.progress.samples;
             if !passes.is_ready(pass) {
@@ -298,7 +303,7 @@ impl Session {
                 most_samples = 1;
             }
         }
-        let units = self.pacer.next(u64::from(self.tiles).min(64)).min(self.launch_limit.unwrap_or(u64::MAX));
+        let units = self.next_units();
         let tiles = u64::from(self.tiles);
         let (first_tile, tile_count, samples) = if self.progress.tiles == 0 && units >= tiles {
             let samples = u32::try_from(units / tiles).unwrap_or(u32::MAX);
@@ -307,13 +312,45 @@ impl Session {
             let remaining = self.tiles - self.progress.tiles;
             (self.progress.tiles, u32::try_from(units).unwrap_or(u32::MAX).min(remaining), 1)
         };
-        self.launch(first_tile, tile_count, samples)?;
+        self.launch(first_tile, tile_count, self.progress.samples, samples)?;
         self.progress.tiles += tile_count;
         if self.progress.tiles == self.tiles {
             self.progress.tiles = 0;
             self.progress.samples += samples;
         }
         Ok(())
+    }
+
+    /// Tile-samples of the next launch.
+    pub(super) fn next_units(&self) -> u64 {
+        self.pacer.next(u64::from(self.tiles).min(64)).min(self.launch_limit.unwrap_or(u64::MAX))
+    }
+
+    /// Samples that a launch may add to a pixel.
+    pub(super) fn most_samples(&self) -> u32 {
+        self.device.info().samples_per_launch()
+    }
+
+    /// One launch for tiles that are behind others; those that still are come again.
+    fn catch_up(&mut self, mut lag: Lag) -> Result<()> {
+        let (tiles, samples) = lag.launch(self.next_units(), self.most_samples());
+        self.launch(lag.first_tile, tiles, lag.samples, samples)?;
+        self.lag.extend(lag.after(tiles, samples));
+        if self.lag.is_empty() {
+            (self.progress.samples, self.progress.tiles) = (lag.goal, 0);
+        }
+        Ok(())
+    }
+
+    /// One step of the light volume, if there is one to compute and it is not done.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when the device fails, [`Error::Interrupted`] after an interrupt.
+    pub fn advance_light(&mut self) -> Result<()> {
+        match self.light {
+            Some(Light::Computing(_)) => self.step_light(),
+            _ => Ok(()),
+        }
     }
 
     /// One step of the light volume, which comes before the first sample.
@@ -335,7 +372,14 @@ impl Session {
         Ok(())
     }
 
-    fn launch(&mut self, first_tile: u32, tile_count: u32, samples: u32) -> Result<()> {
+    /// Adds `samples` samples from `first_sample` on to tiles.
+    pub(super) fn launch(
+        &mut self,
+        first_tile: u32,
+        tile_count: u32,
+        first_sample: u32,
+        samples: u32,
+    ) -> Result<()> {
         let mut arguments: Vec<Arg<'_>> = self.inputs.iter().map(|input| Arg::from(&**input)).collect();
         if let Some(Light::Done(light)) = &self.light {
             arguments.extend(light.arguments());
@@ -351,7 +395,7 @@ impl Session {
                 items = tile_count as usize;
             }
         }
-        arguments.extend([first_tile, tile_count, self.progress.samples, samples].map(Arg::from));
+        arguments.extend([first_tile, tile_count, first_sample, samples].map(Arg::from));
         let elapsed = self.kernel.run(&self.device, &arguments, items)?;
         self.pacer.measured(u64::from(tile_count) * u64::from(samples), elapsed);
         self.progress.launches += 1;
@@ -397,6 +441,7 @@ impl Session {
         if let Some(passes) = &mut self.passes {
             passes.reset();
         }
+        self.lag.clear();
         self.progress = Progress { launches: self.progress.launches, ..Progress::default() };
         Ok(())
     }
@@ -432,6 +477,7 @@ impl Session {
             }
         }
         self.progress = saved.spent.progress;
+        self.lag = saved.lag.clone();
         if let (Some(passes), Some(ledger)) = (&mut self.passes, saved.photons) {
             passes.restore(ledger);
         }
@@ -445,5 +491,48 @@ impl Session {
     /// [`Error::Failed`] when the device fails.
     pub fn film(&self) -> Result<Vec<FilmPixel>> {
         self.film.read(&self.device).map_err(|error| Error::Failed(format!("reading the film: {error}")))
+    }
+}
+
+impl Rendering for Session {
+    fn step(&mut self, target: u32) -> Result<()> {
+        Self::step(self, target)
+    }
+
+    fn progress(&self) -> Progress {
+        Self::progress(self)
+    }
+
+    fn film(&self) -> Result<Vec<FilmPixel>> {
+        Self::film(self)
+    }
+
+    fn auxiliary(&self) -> Result<Option<Vec<Auxiliary>>> {
+        Self::auxiliary(self)
+    }
+
+    fn ledger(&self) -> Result<Option<PathLedger>> {
+        Self::ledger(self)
+    }
+
+    fn light(&self) -> Result<Option<LightData>> {
+        Self::light(self)
+    }
+
+    fn compute_light(&mut self) -> Result<()> {
+        Self::compute_light(self)
+    }
+
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            devices: vec![self.device.info()],
+            build_time: self.build_time,
+            build_cached: self.build_cached,
+            light: self.light_facts(),
+            light_hash: self.light_hash(),
+            light_from_file: self.light_from_file,
+            passes: self.pass_facts(),
+            photons: self.photons(),
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Which tiles of the image see the medium: the others need no paths where nothing but a constant lies behind it.
 
 use super::local::LocalFrame;
-use super::session::TILE;
+use super::tiles::TILE;
 use crate::scene::{Camera, CameraKind, Image};
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,0 +1,136 @@
+//! Which rows of tiles have which samples, and who does what next.
+
+use std::ops::Range;
+
+/// Rows of tiles, and the samples that they are to get.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Unit {
+    /// The rows.
+    pub rows: Range<u32>,
+    /// Samples that they have had.
+    pub first_sample: u32,
+    /// Samples that they get.
+    pub samples: u32,
+}
+
+/// The rows of tiles of an image.
+#[derive(Clone, Debug)]
+pub(super) struct Board {
+    rows: Vec<Row>,
+    /// Tiles in a row.
+    width: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    samples: u32,
+    taken: bool,
+}
+
+impl Board {
+    /// Rows of `width` tiles, with the samples that each has had.
+    pub fn new(samples: impl IntoIterator<Item = u32>, width: u32) -> Self {
+        let rows = samples.into_iter().map(|samples| Row { samples, taken: false }).collect();
+        Self { rows, width }
+    }
+
+    /// Takes work of about `pace` tile-samples towards `goal` samples everywhere, for one of `members`; `None` where there
+    /// is none that nobody has.
+    ///
+    /// Rows with the fewest samples come first. Towards the end the pieces become small, so that all end together.
+    pub fn take(&mut self, pace: u64, members: usize, goal: u32) -> Option<Unit> {
+        let width = u64::from(self.width);
+        let left: u64 = self.rows.iter().map(|row| u64::from(goal.saturating_sub(row.samples)) * width).sum();
+        let size = pace.min(left / (2 * members.max(1) as u64));
+        let free = |row: &Row| !row.taken && row.samples < goal;
+        let behind = self.rows.iter().filter(|row| free(row)).map(|row| row.samples).min()?;
+        let first = self.rows.iter().position(|row| free(row) && row.samples == behind)?;
+        let most = usize::try_from(size / width).unwrap_or(usize::MAX).max(1);
+        let run = self.rows[first..].iter().take(most);
+        let count = run.take_while(|row| !row.taken && row.samples == behind).count();
+        let tiles = width * count as u64;
+        let samples = u32::try_from(size / tiles).unwrap_or(u32::MAX).clamp(1, goal - behind);
+        self.rows[first..first + count].iter_mut().for_each(|row| row.taken = true);
+        Some(Unit { rows: first as u32..(first + count) as u32, first_sample: behind, samples })
+    }
+
+    /// The work is done.
+    pub fn done(&mut self, unit: &Unit) {
+        self.release(unit, unit.samples);
+    }
+
+    /// The work was not done.
+    pub fn give_back(&mut self, unit: &Unit) {
+        self.release(unit, 0);
+    }
+
+    fn release(&mut self, unit: &Unit, samples: u32) {
+        for row in &mut self.rows[unit.rows.start as usize..unit.rows.end as usize] {
+            row.taken = false;
+            row.samples += samples;
+        }
+    }
+
+    /// Samples that every row has, and tiles that have more.
+    pub fn standing(&self) -> (u32, u32) {
+        let least = self.rows.iter().map(|row| row.samples).min().unwrap_or(0);
+        let ahead = self.rows.iter().filter(|row| row.samples > least).count();
+        (least, ahead as u32 * self.width)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_that_are_behind_come_first() {
+        let mut board = Board::new([3, 1, 1, 2, 1], 4);
+        let unit = |rows, first_sample, samples| Some(Unit { rows, first_sample, samples });
+        assert_eq!(board.standing(), (1, 8));
+        assert_eq!(board.take(1000, 1, 5), unit(1..3, 1, 3 - 1));
+        assert_eq!(board.take(1, 1, 5), unit(4..5, 1, 1));
+        assert_eq!(board.take(4, 1, 5), unit(3..4, 2, 1));
+        assert_eq!(board.take(4, 1, 3), None);
+        board.give_back(&unit(4..5, 1, 1).unwrap());
+        board.done(&unit(1..3, 1, 2).unwrap());
+        assert_eq!(board.standing(), (1, 16));
+        assert_eq!(board.take(4, 1, 5), unit(4..5, 1, 1));
+    }
+
+    /// Whoever takes what, every row gets every sample once and in order, and all end at the goal.
+    #[test]
+    fn all_samples_are_done_once_and_in_order() {
+        for members in 1..5 {
+            let mut board = Board::new([0; 13], 7);
+            let (mut held, mut had) = (std::collections::VecDeque::new(), [0_u32; 13]);
+            let mut units = 0;
+            for goal in [1, 4, 64] {
+                loop {
+                    let member = units % members;
+                    // Some are fifty times as fast as others.
+                    match board.take([9, 450, 60, 1][member], members, goal) {
+                        Some(unit) if held.len() < members => held.push_back(unit),
+                        Some(unit) => board.give_back(&unit),
+                        None if held.is_empty() => break,
+                        None => {}
+                    }
+                    if held.len() == members || board.clone().take(1, 1, goal).is_none() {
+                        let Some(unit) = held.pop_front() else { break };
+                        units += 1;
+                        if units % 5 == 0 {
+                            board.give_back(&unit);
+                            continue;
+                        }
+                        for row in unit.rows.clone() {
+                            assert_eq!(had[row as usize], unit.first_sample);
+                            had[row as usize] += unit.samples;
+                        }
+                        board.done(&unit);
+                    }
+                }
+                assert_eq!((had, board.standing()), ([goal; 13], (goal, 0)));
+            }
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Several devices on one picture.
+//!
+//! The film is the host's. Rows of tiles go to whichever device is free, come back with more samples, and go out again;
+//! what a device adds to a pixel is what any other, or one alone, would have added, so the picture does not depend on
+//! how the work fell. Where each sample has photons of its own (caustics), devices take whole samples instead, which are
+//! added in their order. A device that fails is left out from then on, and others do again what it had in hand.
+
+mod board;
+mod fold;
+mod queue;
+mod shared;
+mod worker;
+
+use crate::caustics::{PassFacts, PassLedger};
+use crate::device::{Device, DeviceInfo, MemoryPlan};
+use crate::film::FilmPixel;
+use crate::irradiance::{LightData, LightFacts};
+use crate::render::{Auxiliary, Facts, PathLedger, Plan, Progress, Rendering, SavedFilm, Shift};
+use crate::{Error, Result};
+use shared::Shared;
+use std::sync::Arc;
+use std::thread::Scope;
+use std::time::Duration;
+
+/// How long a step waits for news, at most: between steps interrupts are answered and pictures written.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// A render on several devices.
+pub struct Crew<'s> {
+    shared: Arc<Shared<'s>>,
+    infos: Vec<DeviceInfo>,
+    /// Taken from the workers when they are asked for.
+    light_facts: Option<LightFacts>,
+    light_hash: Option<String>,
+    light_from_file: bool,
+    passes: Option<PassFacts>,
+    photons: Option<PassLedger>,
+    build_time: Duration,
+    build_cached: bool,
+    spent_building: Duration,
+}
+
+impl<'s> Crew<'s> {
+    /// Sets `devices` to work on `plan`, each on a thread of `scope`; `light`: a light volume that was computed before, for
+    /// methods that project one; `saved`: a film of the same plan to continue.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] where there is no device.
+    pub fn start(
+        scope: &'s Scope<'s, '_>,
+        plan: &'s Plan<'s>,
+        devices: Vec<Device>,
+        light: Option<&LightData>,
+        saved: Option<SavedFilm>,
+    ) -> Result<Self> {
+        if devices.is_empty() {
+            return Err(Error::Failed("a render needs one device at least".into()));
+        }
+        let infos: Vec<DeviceInfo> = devices.iter().map(|device| device.info().clone()).collect();
+        let spent_building = saved.as_ref().map_or(Duration::ZERO, |saved| saved.spent.build);
+        let shared = Arc::new(Shared::new(plan, &infos, light, saved));
+        for (me, device) in devices.into_iter().enumerate() {
+            let shared = Arc::clone(&shared);
+            scope.spawn(move || worker::run(&shared, plan, device, me));
+        }
+        let mut crew = Self {
+            shared,
+            infos,
+            light_facts: None,
+            light_hash: light.map(LightData::hash),
+            light_from_file: false,
+            passes: None,
+            photons: None,
+            build_time: spent_building,
+            build_cached: false,
+            spent_building,
+        };
+        crew.refresh();
+        Ok(crew)
+    }
+
+    /// What each device needs beside a render of its own.
+    pub fn memory(plan: &Plan<'_>) -> MemoryPlan {
+        let mut memory = plan.memory();
+        if plan.method.caustics.is_some() {
+            let image = &plan.scene.image;
+            let pixels = u64::from(image.width) * u64::from(image.height);
+            memory.add("film to which samples are added", pixels, size_of::<FilmPixel>());
+        }
+        memory
+    }
+
+    /// Notes whether the light volume was read from a file.
+    pub fn set_light_from_file(&mut self, from_file: bool) {
+        self.light_from_file = from_file;
+    }
+
+    fn refresh(&mut self) {
+        let known = self.shared.known();
+        self.light_facts = known.light_facts;
+        if known.light_hash.is_some() {
+            self.light_hash = known.light_hash;
+        }
+        (self.passes, self.photons) = (known.passes, known.photons);
+        self.build_time = self.spent_building + known.build_time;
+        self.build_cached = known.build_cached;
+    }
+}
+
+impl Drop for Crew<'_> {
+    fn drop(&mut self) {
+        self.shared.close();
+    }
+}
+
+impl Rendering for Crew<'_> {
+    fn step(&mut self, target: u32) -> Result<()> {
+        self.shared.aim_at(target);
+        let waited = self.shared.wait(PATIENCE);
+        self.refresh();
+        waited
+    }
+
+    fn progress(&self) -> Progress {
+        self.shared.progress()
+    }
+
+    fn film(&self) -> Result<Vec<FilmPixel>> {
+        Ok(self.shared.film())
+    }
+
+    fn auxiliary(&self) -> Result<Option<Vec<Auxiliary>>> {
+        Ok(self.shared.auxiliary())
+    }
+
+    fn ledger(&self) -> Result<Option<PathLedger>> {
+        Ok(self.shared.paths())
+    }
+
+    fn light(&self) -> Result<Option<LightData>> {
+        Ok(self.shared.light().map(|data| (*data).clone()))
+    }
+
+    fn compute_light(&mut self) -> Result<()> {
+        while self.shared.progress().light < 1.0 {
+            self.shared.wait(PATIENCE)?;
+        }
+        self.refresh();
+        Ok(())
+    }
+
+    fn shifts(&self) -> Vec<Shift> {
+        self.shared.shifts()
+    }
+
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            devices: self.infos.iter().collect(),
+            build_time: self.build_time,
+            build_cached: self.build_cached,
+            light: self.light_facts.as_ref(),
+            light_hash: self.light_hash.as_deref(),
+            light_from_file: self.light_from_file,
+            passes: self.passes.as_ref(),
+            photons: self.photons.as_ref(),
+        }
+    }
+
+    fn take_notes(&mut self) -> Vec<String> {
+        self.shared.take_notes()
+    }
+}
