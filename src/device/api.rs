@@ -5,6 +5,7 @@
 
 use crate::Error;
 use ocl::ffi;
+use std::fmt::Display;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Held while devices are listed and programs are built: PoCL 3.1 loses its devices, or crashes, when threads do so
@@ -15,7 +16,7 @@ pub(super) fn one_at_a_time() -> MutexGuard<'static, ()> {
 }
 
 /// Turns an OpenCL status into an error that names the call and explains the code.
-pub(super) fn check(status: i32, call: &str) -> Result<(), Error> {
+pub(super) fn check(status: i32, call: impl Display) -> Result<(), Error> {
     if status == 0 {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! Typed buffers in device memory.
 
-use super::{Device, api};
+use super::{Call, Device};
 use crate::{Error, Result};
 use bytemuck::Pod;
 use ocl::core::{self, MemFlags};
@@ -21,14 +21,15 @@ impl<T: Pod> Buffer<T> {
     /// [`Error::Failed`] when the device has no room.
     pub fn uninitialised(device: &Device, len: usize) -> Result<Self> {
         let bytes = len.saturating_mul(size_of::<T>());
-        let mut status = 0;
-        // SAFETY: no host pointer is given, and `status` outlives the call.
-        let raw = unsafe {
-            let flags = MemFlags::READ_WRITE.bits();
-            ffi::clCreateBuffer(device.context_ptr(), flags, bytes.max(1), std::ptr::null_mut(), &mut status)
-        };
-        api::check(status, "clCreateBuffer").map_err(|error| {
-            Error::Failed(format!("{}: cannot allocate {bytes} bytes: {error}", device.info().name))
+        let mut raw = std::ptr::null_mut();
+        device.call(Call::Allocate, format_args!("allocating {bytes} bytes by clCreateBuffer"), || {
+            let (flags, mut status) = (MemFlags::READ_WRITE.bits(), 0);
+            let context = device.context_ptr();
+            // SAFETY: no host pointer is given, and `status` outlives the call.
+            raw = unsafe {
+                ffi::clCreateBuffer(context, flags, bytes.max(1), std::ptr::null_mut(), &mut status)
+            };
+            status
         })?;
         // SAFETY: `raw` is a fresh buffer whose single reference is handed over here.
         let mem = unsafe { core::Mem::from_raw_create_ptr(raw) };
@@ -81,7 +82,7 @@ impl<T: Pod> Buffer<T> {
             return Ok(());
         }
         // SAFETY: the range was checked, the call blocks, so `data` outlives the copy.
-        let status = unsafe {
+        device.call(Call::Write, "clEnqueueWriteBuffer", || unsafe {
             ffi::clEnqueueWriteBuffer(
                 device.queue.as_ptr(),
                 self.mem.as_ptr(),
@@ -93,8 +94,7 @@ impl<T: Pod> Buffer<T> {
                 std::ptr::null(),
                 std::ptr::null_mut(),
             )
-        };
-        api::check(status, "clEnqueueWriteBuffer")
+        })
     }
 
     /// Reads all elements; waits for the work enqueued before.
@@ -116,7 +116,7 @@ impl<T: Pod> Buffer<T> {
             return Ok(data);
         }
         // SAFETY: the range was checked, `data` has its size, the call blocks, and every bit pattern is a valid `T: Pod`.
-        let status = unsafe {
+        device.call(Call::Read, "clEnqueueReadBuffer", || unsafe {
             ffi::clEnqueueReadBuffer(
                 device.queue.as_ptr(),
                 self.mem.as_ptr(),
@@ -128,8 +128,7 @@ impl<T: Pod> Buffer<T> {
                 std::ptr::null(),
                 std::ptr::null_mut(),
             )
-        };
-        api::check(status, "clEnqueueReadBuffer")?;
+        })?;
         Ok(data)
     }
 

@@ -1,6 +1,6 @@
 //! Kernels and their launches, checked before the driver sees them.
 
-use super::{Buffer, Device, api};
+use super::{Buffer, Call, Device};
 use crate::{Error, Result};
 use bytemuck::Pod;
 use ocl::core::{self, ArgVal, KernelInfo, KernelInfoResult, KernelWorkGroupInfo, KernelWorkGroupInfoResult};
@@ -50,6 +50,7 @@ pub struct Kernel {
 
 impl Kernel {
     pub(super) fn create(device: &Device, program: &core::Program, name: &'static str) -> Result<Self> {
+        device.call(Call::Kernel, format_args!("clCreateKernel '{name}'"), || 0)?;
         let kernel = core::create_kernel(program, name).map_err(|error| {
             Error::Failed(format!("{}: the program has no kernel '{name}': {error}", device.info().name))
         })?;
@@ -135,9 +136,11 @@ impl Kernel {
         let local = group_shape(self.work_group, items);
         let global: [usize; 3] = std::array::from_fn(|axis| items[axis].next_multiple_of(local[axis]));
         let dimensions = if items[1..] == [1, 1] { 1 } else { 3 };
+        let kernel = &self.name;
+        let what = format!("launching kernel '{kernel}' over {global:?} items in groups of {local:?}");
         // SAFETY: all arguments are set (their number was checked), OpenCL keeps the buffers until the launch is
         // done, and every kernel under `cl/` guards its index against the counts it is given.
-        let status = unsafe {
+        device.call(Call::Launch, what, || unsafe {
             ffi::clEnqueueNDRangeKernel(
                 device.queue.as_ptr(),
                 self.kernel.as_ptr(),
@@ -149,11 +152,7 @@ impl Kernel {
                 std::ptr::null(),
                 std::ptr::null_mut(),
             )
-        };
-        api::check(
-            status,
-            &format!("launching kernel '{}' over {global:?} items in groups of {local:?}", self.name),
-        )
+        })
     }
 }
 

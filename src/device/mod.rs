@@ -3,6 +3,7 @@
 //! - [`catalog`]: what platforms and devices exist, and the selectors that pick one
 //! - [`context`]: one opened device with its context and queue
 //! - [`buffer`], [`program`], [`kernel`]: memory, specialised programs, checked launches
+//! - [`faults`]: calls that fail on demand, for tests
 //! - [`layout`]: structs shared with kernels, and the probe that proves their layout
 //! - [`memory`]: the memory plan and its pre-flight
 //! - [`pacing`]: launch sizes from measured time
@@ -15,6 +16,7 @@ pub mod buffer;
 mod cache;
 pub mod catalog;
 pub mod context;
+pub mod faults;
 pub mod kernel;
 pub mod layout;
 pub mod memory;
@@ -25,6 +27,7 @@ mod source;
 pub use buffer::Buffer;
 pub use catalog::{Catalog, DeviceInfo, DeviceKind};
 pub use context::Device;
+pub use faults::{Call, Faults};
 pub use kernel::{Arg, Kernel};
 pub use memory::MemoryPlan;
 pub use pacing::{LAUNCH_TARGET, Pacer};

@@ -1,7 +1,7 @@
 //! Programs specialised by `-D` definitions, built for one device, with readable build logs.
 
 use super::kernel::Kernel;
-use super::{Device, api, cache, source};
+use super::{Call, Device, api, cache, source};
 use crate::{Error, Result};
 use ocl::core::{self, ClDeviceIdPtr};
 use ocl::ffi;
@@ -100,6 +100,7 @@ impl Program {
     pub fn build_source(device: &Device, source: &str, options: &str) -> Result<Self> {
         let _guard = api::one_at_a_time();
         let start = Instant::now();
+        device.call(Call::Build, "clBuildProgram", || 0)?;
         let entry = cache::Entry::locate(device.info(), source, options);
         if let Some(program) = entry.as_ref().and_then(|entry| from_binary(device, entry, options)) {
             return Ok(Self { program, build_time: start.elapsed(), cached: true });
