@@ -12,7 +12,7 @@ use bytemuck::Zeroable;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What a device is to do next.
 pub(super) enum Order {
@@ -52,9 +52,13 @@ enum Work {
 /// What a member holds that others would have to do again.
 enum Held {
     Nothing,
-    Rows(Unit),
+    /// Rows, and since when.
+    Rows(Unit, Instant),
     Pass(u32),
 }
+
+/// Who has held rows for longer is slow: others that have nothing else to do take them, too, and the first result counts.
+const LONG: Duration = Duration::from_secs(1);
 
 struct Member {
     selector: String,
@@ -292,6 +296,17 @@ impl State {
     }
 }
 
+/// Rows that one member alone has held for long.
+fn slow_rows(members: &[Member]) -> Option<Unit> {
+    let held = members.iter().filter_map(|member| match &member.held {
+        Held::Rows(unit, since) => Some((unit, since)),
+        _ => None,
+    });
+    let alone = |unit: &Unit| held.clone().filter(|(other, _)| *other == unit).count() == 1;
+    let slow = held.clone().filter(|(unit, since)| since.elapsed() > LONG && alone(unit));
+    slow.min_by_key(|(_, since)| **since).map(|(unit, _)| unit.clone())
+}
+
 /// For the members.
 impl Shared<'_> {
     /// What `me` needs of the light; waits while another member computes it. `None` at the end.
@@ -351,8 +366,9 @@ impl Shared<'_> {
             let (members, goal) = (state.members_left(), state.goal);
             match &mut state.work {
                 Work::Rows(board) => {
-                    if let Some(unit) = board.take(pace, members, goal) {
-                        state.members[me].held = Held::Rows(unit.clone());
+                    if let Some(unit) = board.take(pace, members, goal).or_else(|| slow_rows(&state.members))
+                    {
+                        state.members[me].held = Held::Rows(unit.clone(), Instant::now());
                         let share = self.share(&state, &unit);
                         return Order::Rows(unit, Box::new(share));
                     }
@@ -364,8 +380,13 @@ impl Shared<'_> {
                     }
                 }
             }
-            state = self.work.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state = self.work.wait_timeout(state, LONG / 4).unwrap_or_else(PoisonError::into_inner).0;
         }
+    }
+
+    /// Whether what `me` has in hand is still wanted.
+    pub fn go_on(&self, me: usize) -> bool {
+        !self.is_closing() && !matches!(self.lock().members[me].held, Held::Nothing)
     }
 
     fn share(&self, state: &State, unit: &Unit) -> Share {
@@ -384,6 +405,15 @@ impl Shared<'_> {
     /// `me` has done these rows.
     pub fn rows_done(&self, me: usize, unit: &Unit, share: &Share, elapsed: Duration, launches: u64) {
         let mut state = self.lock();
+        if matches!(state.members[me].held, Held::Nothing) {
+            // Another one was first.
+            return;
+        }
+        for member in &mut state.members {
+            if matches!(&member.held, Held::Rows(other, _) if other == unit) {
+                member.held = Held::Nothing;
+            }
+        }
         state.film[share.pixels.clone()].copy_from_slice(&share.film);
         if let Some(all) = &mut state.auxiliary {
             all[share.pixels.clone()].copy_from_slice(&share.auxiliary);
@@ -454,8 +484,14 @@ impl Shared<'_> {
     pub fn lose(&self, me: usize, error: &Error) {
         let mut state = self.lock();
         let held = std::mem::replace(&mut state.members[me].held, Held::Nothing);
+        let held_by_others = |unit: &Unit, members: &[Member]| {
+            members.iter().any(|member| matches!(&member.held, Held::Rows(other, _) if other == unit))
+        };
+        let state = &mut *state;
         match (&mut state.work, held) {
-            (Work::Rows(board), Held::Rows(unit)) => board.give_back(&unit),
+            (Work::Rows(board), Held::Rows(unit, _)) if !held_by_others(&unit, &state.members) => {
+                board.give_back(&unit);
+            }
             (Work::Passes(queue), Held::Pass(sample)) => queue.release(sample, me),
             _ => {}
         }

@@ -40,7 +40,7 @@ fn serve(shared: &Shared<'_>, plan: &Plan<'_>, device: Device, me: usize) -> Res
     }
     let folding = folder.as_ref().map_or(Duration::ZERO, |folder| folder.build_time);
     shared.built(session.build_time + folding, session.build_cached);
-    let go_on = || !shared.closing.load(Ordering::Relaxed);
+    let go_on = || shared.go_on(me);
     let mut pacer = Pacer::new(PIECE);
     loop {
         let begun = session.progress().launches;

@@ -114,7 +114,7 @@ impl Catalog {
     /// The device that `selector` names, or the best one when there is no selector.
     ///
     /// A selector is `PLATFORM:DEVICE`, a position in the list of `svetlo devices`, a kind (`cpu`, `gpu`,
-    /// `accelerator`), or part of a device, platform or vendor name; letter case does not matter.
+    /// `accelerator`), or part of a device, platform or vendor name or of the platform's version; letter case does not matter.
     ///
     /// # Errors
     /// [`Error::Failed`] when there is no device at all, [`Error::Input`] when none matches.
@@ -264,7 +264,8 @@ impl DeviceInfo {
         if ["gpu", "cpu", "accelerator"].contains(&wanted.as_str()) {
             return wanted == kind;
         }
-        let names = [&self.name, &self.platform, &self.vendor];
+        // The version has the name that people use for PoCL.
+        let names = [&self.name, &self.platform, &self.platform_version, &self.vendor];
         !wanted.is_empty()
             && (wanted == self.selector || names.iter().any(|name| name.to_lowercase().contains(&wanted)))
     }

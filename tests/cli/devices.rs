@@ -1,0 +1,86 @@
+//! Several devices from the command line: who may be named, that the picture is that of one, and that one may be lost.
+//!
+//! PoCL offers as many devices as `POCL_DEVICES` lists. Other runtimes have one here, and the tests that need two are
+//! for PoCL.
+
+use crate::support::{Folder, Ran, run};
+use svetlo::picture::Picture;
+
+/// Runs with `devices` of PoCL; `None` where the devices are not PoCL's.
+fn with_devices(folder: &Folder, arguments: &[&str], fault: &str) -> Option<Ran> {
+    let mut list = folder.svetlo(&["devices", "--json"]);
+    let listed = run(list.env("POCL_DEVICES", "pthread pthread"));
+    let listed: serde_json::Value = serde_json::from_str(&listed.out).expect("JSON");
+    let devices = listed["devices"].as_array().expect("a list");
+    let two =
+        devices.iter().filter(|device| device["platform"] == "Portable Computing Language").count() == 2;
+    let mut command = folder.svetlo(arguments);
+    two.then(|| run(command.env("POCL_DEVICES", "pthread pthread").env("SVETLO_FAULT", fault)))
+}
+
+fn assert_same(found: &Picture, expected: &Picture) {
+    assert_eq!(found.channels.len(), expected.channels.len());
+    for (a, b) in found.channels.iter().zip(&expected.channels) {
+        assert!(a == b, "channel {} differs", a.name);
+    }
+}
+
+const ARGUMENTS: [&str; 8] =
+    ["render", "scene.toml", "-o", "two.exr", "--device", "all:portable", "--samples", "9"];
+
+#[test]
+fn two_devices_make_the_picture_of_one() {
+    let folder = Folder::new();
+    let Some(ran) = with_devices(&folder, &ARGUMENTS, "") else { return };
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    assert_eq!(ran.err.matches(" % of the samples in ").count(), 2, "{}", ran.err);
+    folder.succeed(&["render", "scene.toml", "-o", "one.exr", "--samples", "9", "--device", "portable"]);
+    assert_same(&folder.image("two.exr"), &folder.image("one.exr"));
+    // And goes on from there.
+    let more = ["--samples", "12", "--resume", "--json"];
+    let ran = with_devices(&folder, &[&ARGUMENTS[..6], &more].concat(), "").expect("as before");
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    let summary: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+    assert_eq!(summary["devices"].as_array().map(Vec::len), Some(2), "{summary}");
+    folder.succeed(&[
+        "render",
+        "scene.toml",
+        "-o",
+        "one.exr",
+        "--samples",
+        "12",
+        "--device",
+        "portable",
+        "--resume",
+    ]);
+    assert_same(&folder.image("two.exr"), &folder.image("one.exr"));
+}
+
+#[test]
+fn a_device_that_is_lost_is_left_out_with_a_note() {
+    let folder = Folder::new();
+    let Some(ran) = with_devices(&folder, &ARGUMENTS, "write=3@0:1") else { return };
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    let note = "(0:1) is left out from now on: ";
+    assert!(ran.err.contains(note) && ran.err.contains("clEnqueueWriteBuffer"), "{}", ran.err);
+    assert!(ran.err.contains("; it failed on the way"), "{}", ran.err);
+    folder.succeed(&["render", "scene.toml", "-o", "one.exr", "--samples", "9", "--device", "portable"]);
+    assert_same(&folder.image("two.exr"), &folder.image("one.exr"));
+    // One that cannot even be opened.
+    let ran = with_devices(&folder, &ARGUMENTS, "open=1@0:0").expect("as before");
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    assert!(ran.err.contains("note: left out: "), "{}", ran.err);
+    // And both.
+    let ran = with_devices(&folder, &ARGUMENTS, "build=1").expect("as before");
+    ran.fails_with(1, "no device is left that works: ");
+}
+
+#[test]
+fn devices_are_named_once() {
+    let folder = Folder::new();
+    let device = ["--device", "0:0"];
+    let ran = folder.run(&[&["render", "scene.toml"][..], &device, &device].concat());
+    ran.fails_with(2, "which another --device names already");
+    let ran = folder.run(&["render", "scene.toml", "--device", "0:0", "--device", "all:nothing"]);
+    ran.fails_with(2, "no OpenCL device matches 'nothing'; there are:");
+}
