@@ -9,6 +9,7 @@ mod board;
 mod fold;
 mod queue;
 mod shared;
+mod state;
 mod worker;
 
 use crate::caustics::{PassFacts, PassLedger};

@@ -2,7 +2,8 @@
 
 use super::board::{Board, Unit};
 use super::queue::{Queue, Sample};
-use crate::caustics::{PassFacts, PassLedger};
+use super::state::{Held, Known, LONG, Light, Member, State, Work, slow_rows};
+use crate::caustics::PassFacts;
 use crate::device::DeviceInfo;
 use crate::film::FilmPixel;
 use crate::irradiance::{LightData, LightFacts};
@@ -32,69 +33,6 @@ pub(super) enum LightOrder {
     Compute,
     /// It is computed.
     Given(Arc<LightData>),
-}
-
-enum Light {
-    /// The method has none.
-    None,
-    /// Nobody computes it yet.
-    Wanted,
-    /// A member does, and has come so far.
-    Computing(usize, f32),
-    Done(Arc<LightData>),
-}
-
-enum Work {
-    Rows(Board),
-    Passes(Queue),
-}
-
-/// What a member holds that others would have to do again.
-enum Held {
-    Nothing,
-    /// Rows, and since when.
-    Rows(Unit, Instant),
-    Pass(u32),
-}
-
-/// Who has held rows for longer is slow: others that have nothing else to do take them, too, and the first result counts.
-const LONG: Duration = Duration::from_secs(1);
-
-struct Member {
-    selector: String,
-    name: String,
-    held: Held,
-    samples: u64,
-    seconds: f64,
-    passes: Option<PassFacts>,
-    lost: Option<String>,
-}
-
-struct State {
-    goal: u32,
-    work: Work,
-    film: Vec<FilmPixel>,
-    auxiliary: Option<Vec<Auxiliary>>,
-    paths: Option<PathLedger>,
-    photons: Option<PassLedger>,
-    light: Light,
-    members: Vec<Member>,
-    notes: Vec<String>,
-    launches: u64,
-    device_time: Duration,
-    /// What the members have found since the render began.
-    known: Known,
-}
-
-/// What is known of how it is computed.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Known {
-    pub light_facts: Option<LightFacts>,
-    pub light_hash: Option<String>,
-    pub passes: Option<PassFacts>,
-    pub photons: Option<PassLedger>,
-    pub build_time: Duration,
-    pub build_cached: bool,
 }
 
 /// The board on which the members of a crew meet.
@@ -267,44 +205,6 @@ impl Shared<'_> {
         };
         self.lock().members.iter().map(shift).collect()
     }
-}
-
-impl State {
-    fn progress(&self) -> Progress {
-        let (samples, tiles) = match &self.work {
-            Work::Rows(board) => board.standing(),
-            Work::Passes(queue) => (queue.added(), 0),
-        };
-        let light = match self.light {
-            Light::None | Light::Done(_) => 1.0,
-            Light::Computing(_, share) => share,
-            Light::Wanted => 0.0,
-        };
-        Progress { samples, tiles, launches: self.launches, device_time: self.device_time, light }
-    }
-
-    fn members_left(&self) -> usize {
-        self.members.iter().filter(|member| member.lost.is_none()).count()
-    }
-
-    fn enter(&mut self, member: usize, samples: u64, elapsed: Duration, launches: u64) {
-        self.members[member].held = Held::Nothing;
-        self.members[member].samples += samples;
-        self.members[member].seconds += elapsed.as_secs_f64();
-        self.device_time += elapsed;
-        self.launches += launches;
-    }
-}
-
-/// Rows that one member alone has held for long.
-fn slow_rows(members: &[Member]) -> Option<Unit> {
-    let held = members.iter().filter_map(|member| match &member.held {
-        Held::Rows(unit, since) => Some((unit, since)),
-        _ => None,
-    });
-    let alone = |unit: &Unit| held.clone().filter(|(other, _)| *other == unit).count() == 1;
-    let slow = held.clone().filter(|(unit, since)| since.elapsed() > LONG && alone(unit));
-    slow.min_by_key(|(_, since)| **since).map(|(unit, _)| unit.clone())
 }
 
 /// For the members.

@@ -30,6 +30,7 @@ mod rendering;
 mod resume;
 pub mod scattering;
 mod session;
+mod session_light;
 mod share;
 mod silhouette;
 mod state;

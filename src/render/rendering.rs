@@ -3,7 +3,7 @@
 
 use super::auxiliary::Auxiliary;
 use super::ledger::PathLedger;
-use super::session::Progress;
+use super::session::{Progress, Session};
 use crate::Result;
 use crate::caustics::{PassFacts, PassLedger};
 use crate::device::DeviceInfo;
@@ -113,4 +113,47 @@ pub fn of_devices<'a>(devices: &[&'a DeviceInfo], property: impl Fn(&'a DeviceIn
         }
     }
     listed.join(" + ")
+}
+
+impl Rendering for Session {
+    fn step(&mut self, target: u32) -> Result<()> {
+        Self::step(self, target)
+    }
+
+    fn progress(&self) -> Progress {
+        Self::progress(self)
+    }
+
+    fn film(&self) -> Result<Vec<FilmPixel>> {
+        Self::film(self)
+    }
+
+    fn auxiliary(&self) -> Result<Option<Vec<Auxiliary>>> {
+        Self::auxiliary(self)
+    }
+
+    fn ledger(&self) -> Result<Option<PathLedger>> {
+        Self::ledger(self)
+    }
+
+    fn light(&self) -> Result<Option<LightData>> {
+        Self::light(self)
+    }
+
+    fn compute_light(&mut self) -> Result<()> {
+        Self::compute_light(self)
+    }
+
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            devices: vec![self.device.info()],
+            build_time: self.build_time,
+            build_cached: self.build_cached,
+            light: self.light_facts(),
+            light_hash: self.light_hash(),
+            light_from_file: self.is_light_from_file(),
+            passes: self.pass_facts(),
+            photons: self.photons(),
+        }
+    }
 }

@@ -3,18 +3,18 @@
 use super::auxiliary::Auxiliary;
 use super::ledger::{Ledger, PathLedger};
 use super::plan::Plan;
-use super::rendering::{Facts, Rendering};
 use super::resume::SavedFilm;
+use super::session_light::SessionLight;
 use super::tiles::{Lag, TILE};
 use crate::caustics::{MapSettings, PassFacts, PassLedger, Passes};
 use crate::device::{
     Arg, Buffer, Device, DeviceInfo, DeviceKind, Kernel, LAUNCH_TARGET, Pacer, Program, ProgramSpec,
 };
 use crate::film::FilmPixel;
-use crate::irradiance::{LightBuffers, LightData, LightFacts, Lighting};
+use crate::irradiance::{LightData, LightFacts};
 use crate::{Error, Result};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// The plan's program as this device runs it best.
@@ -68,12 +68,6 @@ pub(super) struct PathBuffers {
     pub tile_items: bool,
 }
 
-/// The light of methods that project it.
-enum Light {
-    Computing(Box<Lighting>),
-    Done(LightBuffers),
-}
-
 /// A render on a device. Samples are added launch by launch; the film is bit for bit the same however they are cut.
 pub struct Session {
     pub(super) device: Device,
@@ -82,14 +76,8 @@ pub struct Session {
     voxels: Option<Arc<Buffer<u8>>>,
     pub(super) film: Buffer<FilmPixel>,
     pub(super) paths: Option<PathBuffers>,
-    light: Option<Light>,
+    light: SessionLight,
     pub(super) passes: Option<Box<Passes>>,
-    light_facts: Option<LightFacts>,
-    light_hash: Option<String>,
-    light_from_file: bool,
-    light_time: Duration,
-    /// Set when the user wants to stop.
-    interrupt: Option<Arc<AtomicBool>>,
     has_auxiliary: bool,
     pub(super) tiles: u32,
     /// Tiles that have fewer samples than others, in a film of several devices that is continued.
@@ -157,16 +145,7 @@ impl Session {
         } else {
             None
         };
-        let light_hash = light.filter(|_| plan.method.light.is_some());
-        let light = match (&plan.method.light, light, &voxels) {
-            (Some(setup), Some(data), _) => {
-                Some(Light::Done(LightBuffers::upload(&device, setup.direct_grid, data)?))
-            }
-            (Some(setup), None, Some(voxels)) => {
-                Some(Light::Computing(Box::new(Lighting::new(&device, plan, setup, Arc::clone(voxels))?)))
-            }
-            _ => None,
-        };
+        let light = SessionLight::new(&device, plan, light, voxels.as_ref())?;
         let traced = |setup| Passes::new(&device, plan, setup, voxels.as_ref()).map(Box::new);
         let passes = plan.method.caustics.as_deref().map(traced);
         let passes = passes.transpose()?;
@@ -180,11 +159,6 @@ impl Session {
             paths,
             light,
             passes,
-            light_facts: None,
-            light_hash: light_hash.map(LightData::hash),
-            light_from_file: false,
-            light_time: Duration::ZERO,
-            interrupt: None,
             has_auxiliary: plan.has_auxiliary(),
             tiles,
             lag: Vec::new(),
@@ -204,16 +178,12 @@ impl Session {
 
     /// Watches this flag where a single step may take long; [`Error::Interrupted`] is what the step then ends with.
     pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
-        self.interrupt = Some(flag);
+        self.light.interrupt = Some(flag);
     }
 
     /// How far it has come.
     pub fn progress(&self) -> Progress {
-        let light = match &self.light {
-            Some(Light::Computing(lighting)) => lighting.share(),
-            _ => 1.0,
-        };
-        Progress { light, ..self.progress }
+        Progress { light: self.light.share(), ..self.progress }
     }
 
     /// The light volume, once it is computed, of methods that project one.
@@ -221,15 +191,12 @@ impl Session {
     /// # Errors
     /// [`Error::Failed`] when the device fails.
     pub fn light(&self) -> Result<Option<LightData>> {
-        match &self.light {
-            Some(Light::Done(buffers)) => Ok(Some(buffers.read(&self.device)?)),
-            _ => Ok(None),
-        }
+        self.light.read(&self.device)
     }
 
     /// What the computation of the light volume did, once it is done in this session.
     pub fn light_facts(&self) -> Option<&LightFacts> {
-        self.light_facts.as_ref()
+        self.light.facts.as_ref()
     }
 
     /// What the passes of this session did, for caustics.
@@ -244,17 +211,17 @@ impl Session {
 
     /// The hash of the light volume, once there is one.
     pub fn light_hash(&self) -> Option<&str> {
-        self.light_hash.as_deref()
+        self.light.hash.as_deref()
     }
 
     /// Notes whether the light volume was read from a file.
     pub fn set_light_from_file(&mut self, from_file: bool) {
-        self.light_from_file = from_file;
+        self.light.from_file = from_file;
     }
 
     /// Whether the light volume was read from a file.
     pub fn is_light_from_file(&self) -> bool {
-        self.light_from_file
+        self.light.from_file
     }
 
     /// Computes the light volume, if there is one to compute and it is not done.
@@ -262,7 +229,7 @@ impl Session {
     /// # Errors
     /// [`Error::Failed`] when the device fails, [`Error::Interrupted`] after an interrupt.
     pub fn compute_light(&mut self) -> Result<()> {
-        while let Some(Light::Computing(_)) = self.light {
+        while self.light.is_wanted() {
             self.step_light()?;
         }
         Ok(())
@@ -282,7 +249,7 @@ impl Session {
         if left == 0 {
             return Ok(());
         }
-        if let Some(Light::Computing(_)) = self.light {
+        if self.light.is_wanted() {
             return self.step_light();
         }
         if let Some(lag) = self.lag.pop() {
@@ -347,28 +314,14 @@ impl Session {
     /// # Errors
     /// [`Error::Failed`] when the device fails, [`Error::Interrupted`] after an interrupt.
     pub fn advance_light(&mut self) -> Result<()> {
-        match self.light {
-            Some(Light::Computing(_)) => self.step_light(),
-            _ => Ok(()),
-        }
+        if self.light.is_wanted() { self.step_light() } else { Ok(()) }
     }
 
     /// One step of the light volume, which comes before the first sample.
     fn step_light(&mut self) -> Result<()> {
-        let Some(Light::Computing(lighting)) = &mut self.light else { return Ok(()) };
-        let start = Instant::now();
-        let interrupt = self.interrupt.as_deref();
-        let interrupted = || interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed));
-        let done = lighting.step(&self.device, &interrupted)?;
-        let elapsed = start.elapsed();
+        let elapsed = self.light.step(&self.device)?;
         self.progress.launches += 1;
         self.progress.device_time += elapsed;
-        self.light_time += elapsed;
-        if let Some((buffers, facts)) = done {
-            self.light_facts = Some(LightFacts { seconds: self.light_time.as_secs_f64(), ..facts });
-            self.light_hash = Some(buffers.read(&self.device)?.hash());
-            self.light = Some(Light::Done(buffers));
-        }
         Ok(())
     }
 
@@ -381,9 +334,7 @@ impl Session {
         samples: u32,
     ) -> Result<()> {
         let mut arguments: Vec<Arg<'_>> = self.inputs.iter().map(|input| Arg::from(&**input)).collect();
-        if let Some(Light::Done(light)) = &self.light {
-            arguments.extend(light.arguments());
-        }
+        arguments.extend(self.light.arguments());
         if let Some(passes) = &self.passes {
             arguments.extend(passes.arguments());
         }
@@ -419,11 +370,7 @@ impl Session {
     /// # Errors
     /// As [`Session::new`].
     pub fn restart(&mut self, plan: &Plan<'_>) -> Result<()> {
-        if let (Some(setup), Some(voxels)) = (&plan.method.light, &self.voxels) {
-            let lighting = Lighting::new(&self.device, plan, setup, Arc::clone(voxels))?;
-            self.light = Some(Light::Computing(Box::new(lighting)));
-            (self.light_facts, self.light_hash, self.light_time) = (None, None, Duration::ZERO);
-        }
+        self.light.restart(&self.device, plan, self.voxels.as_ref())?;
         self.reset()
     }
 
@@ -491,48 +438,5 @@ impl Session {
     /// [`Error::Failed`] when the device fails.
     pub fn film(&self) -> Result<Vec<FilmPixel>> {
         self.film.read(&self.device).map_err(|error| Error::Failed(format!("reading the film: {error}")))
-    }
-}
-
-impl Rendering for Session {
-    fn step(&mut self, target: u32) -> Result<()> {
-        Self::step(self, target)
-    }
-
-    fn progress(&self) -> Progress {
-        Self::progress(self)
-    }
-
-    fn film(&self) -> Result<Vec<FilmPixel>> {
-        Self::film(self)
-    }
-
-    fn auxiliary(&self) -> Result<Option<Vec<Auxiliary>>> {
-        Self::auxiliary(self)
-    }
-
-    fn ledger(&self) -> Result<Option<PathLedger>> {
-        Self::ledger(self)
-    }
-
-    fn light(&self) -> Result<Option<LightData>> {
-        Self::light(self)
-    }
-
-    fn compute_light(&mut self) -> Result<()> {
-        Self::compute_light(self)
-    }
-
-    fn facts(&self) -> Facts<'_> {
-        Facts {
-            devices: vec![self.device.info()],
-            build_time: self.build_time,
-            build_cached: self.build_cached,
-            light: self.light_facts(),
-            light_hash: self.light_hash(),
-            light_from_file: self.light_from_file,
-            passes: self.pass_facts(),
-            photons: self.photons(),
-        }
     }
 }

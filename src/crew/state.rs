@@ -1,0 +1,111 @@
+//! What the members of a crew have in hand, and how far they have come.
+
+use super::board::{Board, Unit};
+use super::queue::Queue;
+use crate::caustics::{PassFacts, PassLedger};
+use crate::film::FilmPixel;
+use crate::irradiance::{LightData, LightFacts};
+use crate::render::{Auxiliary, PathLedger, Progress};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+pub(super) enum Light {
+    /// The method has none.
+    None,
+    /// Nobody computes it yet.
+    Wanted,
+    /// A member does, and has come so far.
+    Computing(usize, f32),
+    Done(Arc<LightData>),
+}
+
+pub(super) enum Work {
+    Rows(Board),
+    Passes(Queue),
+}
+
+/// What a member holds that others would have to do again.
+pub(super) enum Held {
+    Nothing,
+    /// Rows, and since when.
+    Rows(Unit, Instant),
+    Pass(u32),
+}
+
+/// Who has held rows for longer is slow: others that have nothing else to do take them, too, and the first result counts.
+pub(super) const LONG: Duration = Duration::from_secs(1);
+
+pub(super) struct Member {
+    pub selector: String,
+    pub name: String,
+    pub held: Held,
+    pub samples: u64,
+    pub seconds: f64,
+    pub passes: Option<PassFacts>,
+    pub lost: Option<String>,
+}
+
+pub(super) struct State {
+    pub goal: u32,
+    pub work: Work,
+    pub film: Vec<FilmPixel>,
+    pub auxiliary: Option<Vec<Auxiliary>>,
+    pub paths: Option<PathLedger>,
+    pub photons: Option<PassLedger>,
+    pub light: Light,
+    pub members: Vec<Member>,
+    pub notes: Vec<String>,
+    pub launches: u64,
+    pub device_time: Duration,
+    /// What the members have found since the render began.
+    pub known: Known,
+}
+
+/// What is known of how it is computed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Known {
+    pub light_facts: Option<LightFacts>,
+    pub light_hash: Option<String>,
+    pub passes: Option<PassFacts>,
+    pub photons: Option<PassLedger>,
+    pub build_time: Duration,
+    pub build_cached: bool,
+}
+
+impl State {
+    pub fn progress(&self) -> Progress {
+        let (samples, tiles) = match &self.work {
+            Work::Rows(board) => board.standing(),
+            Work::Passes(queue) => (queue.added(), 0),
+        };
+        let light = match self.light {
+            Light::None | Light::Done(_) => 1.0,
+            Light::Computing(_, share) => share,
+            Light::Wanted => 0.0,
+        };
+        Progress { samples, tiles, launches: self.launches, device_time: self.device_time, light }
+    }
+
+    pub fn members_left(&self) -> usize {
+        self.members.iter().filter(|member| member.lost.is_none()).count()
+    }
+
+    pub fn enter(&mut self, member: usize, samples: u64, elapsed: Duration, launches: u64) {
+        self.members[member].held = Held::Nothing;
+        self.members[member].samples += samples;
+        self.members[member].seconds += elapsed.as_secs_f64();
+        self.device_time += elapsed;
+        self.launches += launches;
+    }
+}
+
+/// Rows that one member alone has held for long.
+pub(super) fn slow_rows(members: &[Member]) -> Option<Unit> {
+    let held = members.iter().filter_map(|member| match &member.held {
+        Held::Rows(unit, since) => Some((unit, since)),
+        _ => None,
+    });
+    let alone = |unit: &Unit| held.clone().filter(|(other, _)| *other == unit).count() == 1;
+    let slow = held.clone().filter(|(unit, since)| since.elapsed() > LONG && alone(unit));
+    slow.min_by_key(|(_, since)| **since).map(|(unit, _)| unit.clone())
+}
