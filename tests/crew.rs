@@ -152,6 +152,17 @@ fn it_goes_on_where_another_stopped() {
 
 #[test]
 fn a_device_that_is_lost_at_any_call_is_left_out() {
+    lose_devices(5);
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --test crew -- --ignored"]
+fn devices_are_lost_at_a_thousand_moments() {
+    lose_devices(250);
+}
+
+/// One of two devices is lost in so many renders of each scene.
+fn lose_devices(rounds: u32) {
     for (index, (name, set)) in SCENES.into_iter().enumerate() {
         let scene = scene(name, set);
         let data = SceneData::load(&scene).unwrap();
@@ -160,7 +171,7 @@ fn a_device_that_is_lost_at_any_call_is_left_out() {
         let counted = Arc::new(Faults::default());
         let watched = device().failing(Arc::clone(&counted)).unwrap();
         together(&plan, vec![watched], None, &[3]).0.unwrap();
-        for round in 0..5 {
+        for round in 0..rounds {
             let draw = philox4x32([index as u32, round, 0, 0], [1, 7])[0];
             let call = 2 + u64::from(draw) % counted.calls();
             let weak = device().failing(Faults::lose(call)).unwrap();

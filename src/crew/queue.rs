@@ -74,7 +74,8 @@ impl Queue {
     /// one that a slower device has in hand, that one again.
     pub fn take(&mut self, member: usize, members: usize, goal: u32) -> Option<u32> {
         let window = self.next.saturating_add(2 * members as u32).min(goal);
-        let open = |sample: &u32| !self.waiting.contains_key(sample);
+        let begun = self.next + u32::from(self.adding);
+        let open = |sample: &u32| *sample >= begun && !self.waiting.contains_key(sample);
         let fresh = (self.next..window).find(|sample| open(sample) && !self.in_hand.contains_key(sample));
         let again = || {
             let mut others = self.in_hand.iter().filter(|(sample, _)| open(sample) && **sample < goal);
@@ -97,7 +98,7 @@ impl Queue {
 
     /// Keeps a sample until its turn; `false` when it has been rendered by another before.
     pub fn deliver(&mut self, number: u32, sample: Sample) -> bool {
-        let fresh = number >= self.next && !self.waiting.contains_key(&number);
+        let fresh = number >= self.next + u32::from(self.adding) && !self.waiting.contains_key(&number);
         if fresh {
             self.waiting.insert(number, sample);
         }
@@ -144,6 +145,10 @@ mod tests {
         assert!(queue.deliver(5, sample()) && !queue.deliver(5, sample()));
         let first = queue.begin_adding().unwrap();
         assert!(queue.begin_adding().is_none());
+        // It is being added: nobody needs it again.
+        assert!(!queue.deliver(5, sample()));
+        queue.release(5, 1);
+        assert_eq!(queue.take(1, 2, 6), None);
         queue.put_back(first);
         for added in [6, 7] {
             assert!(queue.begin_adding().is_some());
