@@ -254,9 +254,9 @@ fn maps_are_the_same_bit_for_bit_whatever_was_there() {
     for (name, settings) in structures(Weighting::Smoothstep) {
         let fresh = scene.gathering.irradiance(settings, &slots, 0.08, &queries);
         let mut map = PhotonMap::new(device, settings, &scene.gathering.receivers, 7777).unwrap();
-        map.build(device, &others_, 5000, 0.02).unwrap();
-        map.build(device, &others_, 0, 0.3).unwrap();
-        let facts = map.build(device, &slots_, 3000, 0.08).unwrap();
+        map.build(device, &others_, 0..5000, 0.02).unwrap();
+        map.build(device, &others_, 0..0, 0.3).unwrap();
+        let facts = map.build(device, &slots_, 0..3000, 0.08).unwrap();
         assert_eq!(facts.valid, slots.iter().filter(|slot| slot.flux[3].to_bits() > 0).count());
         assert_eq!(facts.tabled, facts.cells != [0; 3] && settings.table_cells > 0, "{name}");
         assert_eq!(scene.gathering.gather("probe_irradiance", &map, &queries), fresh, "{name}");
@@ -288,7 +288,7 @@ fn what_cannot_be_mapped_is_refused() {
     let error = |settings, capacity, photons: &[Photon], radius| {
         let slots = Buffer::from_slice(device, photons).unwrap();
         PhotonMap::new(device, settings, &scene.gathering.receivers, capacity)
-            .and_then(|mut map| map.build(device, &slots, photons.len(), radius))
+            .and_then(|mut map| map.build(device, &slots, 0..photons.len(), radius))
             .unwrap_err()
             .to_string()
     };

@@ -60,6 +60,20 @@ pub fn map_settings(gather: &scene::Gather) -> MapSettings {
     }
 }
 
+/// How far from a point of a mesh or of metaballs diffuse light is gathered at most, over what these extend.
+const CURVED_REACH: f64 = 0.05;
+
+/// How far from a point of a surface photons count at most, scene units, where they are gathered from far away: the tangent
+/// plane leaves a sphere by a quarter of the chord, which is what still counts, at half the sphere's radius. Other curved
+/// surfaces (`extent`: their largest one) are taken for spheres of a tenth of their extent.
+pub fn reach(shape: &SurfaceShape, extent: f64) -> f64 {
+    match shape {
+        SurfaceShape::Sphere { radius, .. } => 0.5 * radius,
+        SurfaceShape::Metaballs { .. } | SurfaceShape::Mesh { .. } => CURVED_REACH * extent,
+        _ => f64::INFINITY,
+    }
+}
+
 /// What gathering knows of a surface, in local units.
 pub fn receiver(shape: &SurfaceShape, local: &LocalFrame) -> Receiver {
     let length = |l: f64| l / local.unit;
