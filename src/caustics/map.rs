@@ -245,14 +245,8 @@ impl PhotonMap {
             return Ok(facts);
         }
         let (count, [from, many]) = (slots.len(), numbers(&slots));
-        let arguments = [
-            photons.into(),
-            (&self.receivers).into(),
-            (&self.frame).into(),
-            (&self.keys).into(),
-            from,
-            many,
-        ];
+        let arguments =
+            [photons.into(), (&self.receivers).into(), (&self.frame).into(), (&self.keys).into(), from, many];
         self.kernels.keys.enqueue(device, &arguments, [count, 1, 1])?;
         facts.keys = watch.lap()?;
 
@@ -282,12 +276,7 @@ impl PhotonMap {
         (stride(self.capacity) as u32).into()
     }
 
-    fn bounds(
-        &mut self,
-        device: &Device,
-        photons: &Buffer<Photon>,
-        slots: &Range<usize>,
-    ) -> Result<Bounds> {
+    fn bounds(&mut self, device: &Device, photons: &Buffer<Photon>, slots: &Range<usize>) -> Result<Bounds> {
         let (count, [from, many]) = (slots.len(), numbers(slots));
         let share = count.div_ceil(SHARES).max(1);
         let items = count.div_ceil(share);

@@ -154,8 +154,7 @@ impl Passes {
         let bounced_slots = tracer.bounced_slots();
         let caustic_slots = 0..bounced_slots.start;
         let (map, receivers) = (setup.map, &setup.receivers);
-        let caustics =
-            Gathered::new(device, &tracer, caustic_slots, map, receivers, (setup.radius, focus))?;
+        let caustics = Gathered::new(device, &tracer, caustic_slots, map, receivers, (setup.radius, focus))?;
         let bounced = setup.bounced.as_ref().map(|bounced| {
             let BouncedSetup { map, receivers, radius, .. } = bounced;
             Gathered::new(device, &tracer, bounced_slots, *map, receivers, (*radius, focus))

@@ -115,8 +115,7 @@ impl PhotonTracer {
             begin_before(&mut emitters, frame);
         }
         let capacity = emitters.iter().map(|emitter| emitter.count).sum();
-        let bounced =
-            emitters.iter().find(|emitter| emitter.is_bounced()).map(|emitter| emitter.first);
+        let bounced = emitters.iter().find(|emitter| emitter.is_bounced()).map(|emitter| emitter.first);
         let mut plan = MemoryPlan::default();
         Self::memory(&mut plan, capacity);
         plan.check(device.info())?;

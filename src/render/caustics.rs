@@ -20,9 +20,11 @@ use glam::DVec3;
 const SPLIT: f32 = 0.02;
 /// The radius of gathering over the extent of what makes caustics, where the scene does not say.
 const RADIUS: f64 = 0.01;
-/// That of gathering light between diffuse surfaces, over the former and over the extent of all surfaces: the larger one.
-const BOUNCE_FACTOR: f64 = 5.0;
-const BOUNCE_RADIUS: f64 = 0.02;
+/// That of gathering light between diffuse surfaces, over the former. This light varies over the size of things, not over
+/// the width of caustics' lines: noise falls up to there and no bias shows in `configs/glass_sphere.toml`.
+const BOUNCE_FACTOR: f64 = 16.0;
+/// Its least and largest part of the scene's size, so that rooms are smooth about small things of glass, and shadows stay.
+const BOUNCE_PARTS: [f64; 2] = [0.05, 0.2];
 /// Tables of the scattering methods that the medium is read from: majorants, extinction, albedo.
 pub const MEDIUM_TABLES: usize = 3;
 /// Cells with a range of their own, over photons, at most: nearly all would be empty.
@@ -225,20 +227,30 @@ fn bounced(
     if photons == 0 {
         return None;
     }
-    let extent = |bounds: Option<Bounds>| bounds.map_or(0.0, |bounds| bounds.size().max_element());
-    let of_scene = BOUNCE_RADIUS * extent(surfaces.bounds) / local.unit;
     let chosen = settings.bounce_radius.map(|radius| radius / local.unit);
-    let receiver_of = |surface: &Surface| {
-        let own = surfaces::bounds_of(&scene.surfaces, meshes, |other| std::ptr::eq(other, surface));
-        let reach = (reach(&surface.shape, extent(own)) / local.unit) as f32;
-        Receiver { reach, ..receiver(&surface.shape, local) }
+    let radius = chosen.unwrap_or_else(|| bounce_radius(scene, surfaces, local, radius));
+    let receiver_of = |(index, surface): (usize, &Surface)| {
+        let own = surfaces::bounds_of_one(index, surface, meshes);
+        let extent = own.map_or(0.0, |bounds| bounds.size().max_element());
+        let reach = reach(&surface.shape, extent) / local.unit;
+        // Squares of the ratio stay finite.
+        Receiver { reach: reach.max(1e-6 * radius) as f32, ..receiver(&surface.shape, local) }
     };
     Some(BouncedSetup {
         photons,
         map: tabled(map_settings(&settings.gather), photons),
-        receivers: scene.surfaces.iter().map(receiver_of).collect(),
-        radius: chosen.unwrap_or(of_scene.max(BOUNCE_FACTOR * radius)),
+        receivers: scene.surfaces.iter().enumerate().map(receiver_of).collect(),
+        radius,
     })
+}
+
+/// Where the scene does not say, from that of caustics; local units. A scene is as large as what has bounds, or as its target
+/// is away: floors may go on for ever.
+fn bounce_radius(scene: &Scene, surfaces: &SurfaceArrays, local: &LocalFrame, radius: f64) -> f64 {
+    let away = scene.camera.position.distance(scene.camera.target);
+    let size = surfaces.bounds.map_or(away, |bounds| away.min(bounds.size().max_element())) / local.unit;
+    let [least, largest] = BOUNCE_PARTS.map(|part| part * size);
+    (BOUNCE_FACTOR * radius).clamp(least, largest).max(radius)
 }
 
 /// A buffer is not empty.
