@@ -52,8 +52,8 @@ pub(super) struct Group {
 pub(super) const GROUPS: [Group; 4] = [
     Group { role: role::CAUSTIC, aim: Aim::Specular, part: 0.7 },
     Group { role: role::AFTER_CAUSTIC, aim: Aim::Specular, part: 0.05 },
-    Group { role: role::AFTER_DIRECT, aim: Aim::Near, part: 0.1 },
-    Group { role: role::AFTER_DIRECT, aim: Aim::Elsewhere, part: 0.15 },
+    Group { role: role::AFTER_DIRECT, aim: Aim::Near, part: 0.12 },
+    Group { role: role::AFTER_DIRECT, aim: Aim::Elsewhere, part: 0.13 },
 ];
 
 fn material<'s>(surfaces: &'s SurfaceArrays, shape: &DeviceShape) -> &'s DeviceMaterial {

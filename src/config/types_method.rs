@@ -179,8 +179,8 @@ pub enum MethodConfig {
         #[schemars(range(max = 1000))]
         bounces: Option<u32>,
         /// Radius of gathering in the first pass of what diffuse surfaces send each other, scene units; it shrinks as the
-        /// other one, and is less on curved surfaces. Default: 16 times `radius`, but from a twentieth to a
-        /// fifth of the scene's size: of what has bounds or of the way to the camera's target, whichever is less.
+        /// other one, and is less on curved surfaces. Default: 16 times `radius`, but from 0.08 to 0.2 of
+        /// the scene's size: of what has bounds, or of the way to the camera's target, whichever is less.
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         bounce_radius: Option<f64>,
         /// How the light that arrives without a mirror or glass in its way comes into the picture.

@@ -24,7 +24,7 @@ const RADIUS: f64 = 0.01;
 /// the width of caustics' lines: noise falls up to there and no bias shows in `configs/glass_sphere.toml`.
 const BOUNCE_FACTOR: f64 = 16.0;
 /// Its least and largest part of the scene's size, so that rooms are smooth about small things of glass, and shadows stay.
-const BOUNCE_PARTS: [f64; 2] = [0.05, 0.2];
+const BOUNCE_PARTS: [f64; 2] = [0.08, 0.2];
 /// Tables of the scattering methods that the medium is read from: majorants, extinction, albedo.
 pub const MEDIUM_TABLES: usize = 3;
 /// Cells with a range of their own, over photons, at most: nearly all would be empty.

@@ -94,7 +94,7 @@ fn light_between_diffuse_surfaces_has_a_radius_of_its_own() {
     // The sphere is 1 wide; the camera is 4.3 from its target.
     says(&[], "0.200000");
     says(&["method.radius=0.01"], "0.160000");
-    says(&["method.radius=0.001"], "0.050000");
+    says(&["method.radius=0.001"], "0.080000");
     says(&["method.radius=0.5"], "0.500000");
     says(&["camera.target=[0, -3.5, 1.75]"], "0.111803");
     says(&["method.bounce_radius=0.03"], "0.030000");
