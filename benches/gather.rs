@@ -24,10 +24,10 @@ const PHOTONS: [usize; 4] = [1 << 14, 1 << 16, 1 << 18, 1 << 20];
 const MOST_BRUTE: usize = 1 << 14;
 
 const PROBE: &str = "
-__kernel void bench_gather(PHOTON_MAP_ARGUMENTS, __global float4 *out, float floor_size, uint width, uint height) {
+__kernel void bench_gather(PHOTON_MAP_ARGUMENTS(map), __global float4 *out, float floor_size, uint width, uint height) {
     uint i = (uint)get_global_id(0);
     if (i >= width * height) return;
-    struct PhotonMap map = PHOTON_MAP;
+    struct PhotonMap map = PHOTON_MAP(map);
     float3 point = (float3)(((float)(i % width) + 0.5f) / (float)width, ((float)(i / width) + 0.5f) / (float)height, 0.0f);
     uint looked_at = 0;
     float3 found = gathered_irradiance(&map, floor_size * point, (float3)(0.0f, 0.0f, 1.0f), 0u, &looked_at);
@@ -90,7 +90,7 @@ fn row(device: &Device, name: &str, settings: MapSettings, slots: &Buffer<Photon
     let mut map = PhotonMap::new(device, settings, &[floor], slots.len())?;
     let mut facts = MapFacts::default();
     for _ in 0..RUNS {
-        facts = map.build(device, slots, slots.len(), RADIUS)?;
+        facts = map.build(device, slots, 0..slots.len(), RADIUS)?;
     }
     let spec = settings.define(ProgramSpec::new("caustics/gather.cl"), device.info());
     let mut kernel = Program::build_probe(device, &spec, PROBE)?.kernel(device, "bench_gather")?;

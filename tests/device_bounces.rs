@@ -154,7 +154,7 @@ fn a_ball_and_the_floor_light_each_other() {
     let (lamp, height, radius) = (3.0, 1.0, 0.4_f64);
     let light = Light::Point { position: DVec3::Z * lamp, intensity: [1.0; 3] };
     let parts = [(sphere(DVec3::Z * height, radius), PAINT), floor(0.0)];
-    let found = received(&bouncing(Scene::new(parts, [light], 1 << 14), 1));
+    let found = received(&bouncing(Scene::new(parts, [light], 1 << 15), 1));
     // The floor beyond the ball's shadow; a place sends the ball (r/d)^2 cos of its light (Howell's catalogue, B-43). With
     // t = the angle from the lamp, the floor's flux is 2 pi sin t dt.
     let shadow = (radius / (lamp - height)).asin();

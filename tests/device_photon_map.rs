@@ -254,12 +254,72 @@ fn maps_are_the_same_bit_for_bit_whatever_was_there() {
     for (name, settings) in structures(Weighting::Smoothstep) {
         let fresh = scene.gathering.irradiance(settings, &slots, 0.08, &queries);
         let mut map = PhotonMap::new(device, settings, &scene.gathering.receivers, 7777).unwrap();
-        map.build(device, &others_, 5000, 0.02).unwrap();
-        map.build(device, &others_, 0, 0.3).unwrap();
-        let facts = map.build(device, &slots_, 3000, 0.08).unwrap();
+        map.build(device, &others_, 0..5000, 0.02).unwrap();
+        map.build(device, &others_, 0..0, 0.3).unwrap();
+        let facts = map.build(device, &slots_, 0..3000, 0.08).unwrap();
         assert_eq!(facts.valid, slots.iter().filter(|slot| slot.flux[3].to_bits() > 0).count());
         assert_eq!(facts.tabled, facts.cells != [0; 3] && settings.table_cells > 0, "{name}");
         assert_eq!(scene.gathering.gather("probe_irradiance", &map, &queries), fresh, "{name}");
+    }
+}
+
+#[test]
+fn maps_of_some_slots_hold_these_alone() {
+    let scene = Scene::new();
+    let device = &scene.gathering.device;
+    let (slots, twin) = scene.photons(3000, 18);
+    let slots_ = Buffer::from_slice(device, &slots).unwrap();
+    let queries = scene.queries(200, 19);
+    let weighting = Weighting::Cone;
+    let brute = ("brute force", plain(Acceleration::BruteForce, weighting));
+    for (name, settings) in [brute].into_iter().chain(structures(weighting)) {
+        let mut map = PhotonMap::new(device, settings, &scene.gathering.receivers, 2000).unwrap();
+        // As roles have them: the first slots, and the others within a larger radius.
+        for (range, radius) in [(0..1001, 0.05), (1001..3000, 0.25)] {
+            let facts = map.build(device, &slots_, range.clone(), radius).unwrap();
+            let held = slots[range.clone()].iter().filter(|slot| slot.flux[3].to_bits() > 0).count();
+            assert_eq!(facts.valid, held, "{name}, {range:?}");
+            let found = scene.gathering.gather("probe_irradiance", &map, &queries);
+            let alone = scene.gathering.irradiance(settings, &slots[range.clone()], radius, &queries);
+            assert_eq!(found, alone, "{name}, {range:?}");
+            let of = |query, weight| {
+                irradiance(&twin[range.clone()], &place(query, radius.into()), radius.into(), weight)
+            };
+            let expect = |query| Expected { sums: of(query, cone), unweighted: of(query, constant) };
+            let expected: Vec<_> = queries.iter().map(expect).collect();
+            agree(&format!("{name}, {range:?}"), &found, &expected, range.len());
+        }
+    }
+}
+
+#[test]
+fn surfaces_that_reach_less_far_are_gathered_within_that() {
+    let scene = Scene::new();
+    let (slots, _) = scene.photons(2000, 20);
+    let queries = scene.queries(200, 21);
+    let receivers = &scene.gathering.receivers;
+    let limited = receivers.iter().map(|receiver| Receiver { reach: 0.06, ..*receiver }).collect();
+    let limited = Gathering::new(limited);
+    for weighting in [Weighting::Constant, Weighting::Smoothstep] {
+        let brute = plain(Acceleration::BruteForce, weighting);
+        // Masses at edges are those of the smaller radius, too.
+        for (name, settings) in structures(weighting).into_iter().chain([("brute force", brute)]) {
+            let settings = MapSettings { edge_correction: true, ..settings };
+            let found = limited.irradiance(settings, &slots, 0.21, &queries);
+            let expected = scene.gathering.irradiance(settings, &slots, 0.06, &queries);
+            for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                for (found, expected) in found.sums.into_iter().zip(expected.sums) {
+                    // Sums of some 20 photons in another order; 16 roundings of weight and norm. Masses of 1e-4 to 1 have
+                    // the rounding of 1 in them.
+                    let bound = 40.0 * EPS * f64::from(expected) + 1e-3 * f64::from(expected);
+                    common::close(&format!("{name}, point {i}"), found.into(), expected.into(), bound);
+                }
+            }
+            assert!(expected.iter().filter(|expected| expected.sums[1] > 0.0).count() > 50);
+            // No farther than the radius, if that is less.
+            let found = limited.irradiance(settings, &slots, 0.05, &queries);
+            assert_eq!(found, scene.gathering.irradiance(settings, &slots, 0.05, &queries), "{name}");
+        }
     }
 }
 
@@ -288,7 +348,7 @@ fn what_cannot_be_mapped_is_refused() {
     let error = |settings, capacity, photons: &[Photon], radius| {
         let slots = Buffer::from_slice(device, photons).unwrap();
         PhotonMap::new(device, settings, &scene.gathering.receivers, capacity)
-            .and_then(|mut map| map.build(device, &slots, photons.len(), radius))
+            .and_then(|mut map| map.build(device, &slots, 0..photons.len(), radius))
             .unwrap_err()
             .to_string()
     };
@@ -300,6 +360,10 @@ fn what_cannot_be_mapped_is_refused() {
         "3 photons lie on surfaces that are no planes, parallelograms or disks: cells in planes cannot hold them, voxels can"
     );
     assert_eq!(error(settings, 1, &flat, 0.1), "cannot map 2 photons: there is room for 1");
+    let slots = Buffer::from_slice(device, &flat).unwrap();
+    let mut map = PhotonMap::new(device, settings, &scene.gathering.receivers, 9).unwrap();
+    let beyond = map.build(device, &slots, 1..4, 0.1).unwrap_err().to_string();
+    assert_eq!(beyond, "cannot map 3 photons: there is room for 1");
     for radius in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-30, 1e30] {
         let expected = format!(
             "photons cannot be gathered within a radius of {radius}: it must be positive, and float32 must hold its square"

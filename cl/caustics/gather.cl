@@ -2,7 +2,7 @@
 //
 // Defines: MEDIUM where photons in a medium are weighed by one of PHASE_*; one of MAP_BRUTE_FORCE, MAP_LEXICOGRAPHIC, MAP_VOXELS, MAP_PLANAR; one of KERNEL_CONSTANT, KERNEL_CONE,
 // KERNEL_SMOOTHSTEP; EDGE_CORRECTION; GATHER_LANES on CPUs. Kernels take PHOTON_MAP_ARGUMENTS, which come in the order of
-// `PhotonMap::arguments`, and make a struct PhotonMap of them by PHOTON_MAP.
+// `PhotonMap::arguments`, and make a struct PhotonMap of them by PHOTON_MAP; those of several maps have a name for each.
 //
 // Distances are those in space, not in the tangent plane: on a sphere the area within a chord r of a point is pi r^2
 // exactly, as in the plane, so the kernels keep their norm there; projected, photons would lie too close.
@@ -23,14 +23,17 @@ struct PhotonMap {
     __global const uint2 *ranges;             // by cell: its first photon and the one behind its last, or twice 0
     __global const struct Receiver *receivers; // by surface
 };
-#define PHOTON_MAP_ARGUMENTS __global const struct MapFrame *map_frame, __global const float *map_photons, \
-    __global const uint *map_keys, __global const uint2 *map_ranges, __global const struct Receiver *map_receivers
-#define PHOTON_MAP {map_frame, map_photons, map_keys, map_ranges, map_receivers}
+#define PHOTON_MAP_ARGUMENTS(map) __global const struct MapFrame *map##_frame, __global const float *map##_photons, \
+    __global const uint *map##_keys, __global const uint2 *map##_ranges, __global const struct Receiver *map##_receivers
+#define PHOTON_MAP(map) {map##_frame, map##_photons, map##_keys, map##_ranges, map##_receivers}
 
 // Whose photons are gathered.
 struct Query {
     float3 point;
     float3 normal;   // towards the viewer: photons came from that side
+    float radius;
+    float square;    // radius^2
+    float inverse;   // 1 / radius
     float thickness; // photons lie at most so far out of the tangent plane
     uint surface;
     bool medium;     // photons in a medium: of no surface and no side
@@ -81,12 +84,13 @@ INLINE Batch scattered_shares(BatchWords packed, const struct Query *query) {
 INLINE void gather_range(__global const float *photons, const struct MapFrame *frame, const struct Query *query,
     uint first, uint end, struct Gathered *sums) {
     uint stride = frame->stride;
+    float inverse_square = query->inverse * query->inverse;
     for (uint i = first; i < end; i += BATCH) {
         Batch x = BATCH_FLOATS(photons, i) - query->point.x;
         Batch y = BATCH_FLOATS(photons, stride + i) - query->point.y;
         Batch z = BATCH_FLOATS(photons, 2u * stride + i) - query->point.z;
         Batch r2 = x * x + y * y + z * z;
-        BatchMask near = (r2 < frame->scale.w) & (BATCH_LANES < (int)(end - i));
+        BatchMask near = (r2 < query->square) & (BATCH_LANES < (int)(end - i));
         if (!query->medium) {
             Batch above = x * query->normal.x + y * query->normal.y + z * query->normal.z;
             near &= fabs(above) <= query->thickness;
@@ -101,7 +105,7 @@ INLINE void gather_range(__global const float *photons, const struct MapFrame *f
             near &= surface == query->surface + 1u;
             near &= travel_against(BATCH_WORDS(photons, 6u * stride + i), query->normal);
         }
-        Batch weight = kernel_weight(r2 * (frame->scale.z * frame->scale.z));
+        Batch weight = kernel_weight(r2 * inverse_square);
 #if defined(MEDIUM) && !defined(PHASE_ISOTROPIC)
         if (query->medium) weight *= scattered_shares(BATCH_WORDS(photons, 6u * stride + i), query);
 #endif
@@ -126,7 +130,7 @@ INLINE void gather_photons(const struct PhotonMap *map, const struct MapFrame *f
     struct Gathered *sums) {
     float x = query->point.x;
     // Rounding of the bounds.
-    float reach = sqrt(frame->scale.w) * (1.0f + 1e-6f) + 2e-7f * fabs(x);
+    float reach = query->radius * (1.0f + 1e-6f) + 2e-7f * fabs(x);
     uint first = first_from(map, frame, 0u, ordered_bits(x - reach));
     uint end = first_from(map, frame, first, ordered_bits(x + reach));
     gather_range(map->photons, frame, query, first, end, sums);
@@ -205,21 +209,34 @@ INLINE float3 gathered_irradiance(const struct PhotonMap *map, float3 point, flo
     struct Query query;
     query.point = point;
     query.normal = normal;
-    query.thickness = query_thickness(receiver->kind, point, frame.radius);
+    query.radius = frame.radius;
+    query.square = frame.scale.w;
+    query.inverse = frame.scale.z;
+    float scale = frame.scale.x;
+    if (receiver->reach < frame.radius) {
+        float over = frame.radius / receiver->reach;
+        query.radius = receiver->reach;
+        query.square = query.radius * query.radius;
+        query.inverse *= over;
+        scale *= over * over;
+    }
+    query.thickness = query_thickness(receiver->kind, point, query.radius);
     query.surface = surface;
     query.medium = false;
-    float scale = frame.scale.x;
 #ifdef EDGE_CORRECTION
-    scale /= kernel_mass(receiver, point, normal, frame.scale.z);
+    scale /= kernel_mass(receiver, point, normal, query.inverse);
 #endif
     return gathered(map, &frame, &query, scale, looked_at);
 }
 
 #ifndef MAP_PLANAR
-INLINE struct Query medium_query(float3 point) {
+INLINE struct Query medium_query(const struct MapFrame *frame, float3 point) {
     struct Query query;
     query.point = point;
     query.normal = (float3)(0.0f);
+    query.radius = frame->radius;
+    query.square = frame->scale.w;
+    query.inverse = frame->scale.z;
     query.thickness = 0.0f;
     query.surface = 0u;
     query.medium = true;
@@ -231,7 +248,7 @@ INLINE struct Query medium_query(float3 point) {
 INLINE float3 photon_scattering(const struct PhotonMap *map, float3 point, struct Phase phase, float3 leaving,
     uint *looked_at) {
     struct MapFrame frame = map->frame[0];
-    struct Query query = medium_query(point);
+    struct Query query = medium_query(&frame, point);
     query.phase = phase;
     query.leaving = leaving;
     float scale = frame.scale.y;
@@ -244,7 +261,7 @@ INLINE float3 photon_scattering(const struct PhotonMap *map, float3 point, struc
 // Flux of photons in a medium over volume, per channel.
 INLINE float3 photon_density(const struct PhotonMap *map, float3 point, uint *looked_at) {
     struct MapFrame frame = map->frame[0];
-    struct Query query = medium_query(point);
+    struct Query query = medium_query(&frame, point);
     return gathered(map, &frame, &query, frame.scale.y, looked_at);
 }
 #endif

@@ -1,10 +1,11 @@
-// Photons as they were stored -> photons in the order of the map.
+// Photons as they were stored -> photons in the order of the map. Of the slots, those from `from` on: the map's numbers
+// begin there.
 #include "caustics/cells.cl"
 
 // Each work-item's share of the photons: their bounds in the space of the cells; as bits in w: how many photons, and with
 // MAP_PLANAR how many of them lie on a surface that is not flat.
 __kernel void map_bounds(__global const struct Photon *photons, __global const struct Receiver *receivers,
-    __global float4 *low_corners, __global float4 *high_corners, uint count, uint share, uint items) {
+    __global float4 *low_corners, __global float4 *high_corners, uint from, uint count, uint share, uint items) {
     uint item = (uint)get_global_id(0);
     if (item >= items) return;
     float3 low = (float3)(INFINITY);
@@ -14,7 +15,7 @@ __kernel void map_bounds(__global const struct Photon *photons, __global const s
     uint first = item * share;
     uint end = min(first + share, count);
     for (uint i = first; i < end; ++i) {
-        struct Photon photon = photons[i];
+        struct Photon photon = photons[from + i];
         if (!is_stored(photon)) continue;
         uint surface = as_uint(photon.flux.w) - 1u;
 #ifdef MAP_PLANAR
@@ -34,10 +35,10 @@ __kernel void map_bounds(__global const struct Photon *photons, __global const s
 
 // What to sort by: cells; with MAP_LEXICOGRAPHIC x alone, for that is all that is searched for.
 __kernel void map_keys(__global const struct Photon *photons, __global const struct Receiver *receivers,
-    __global const struct MapFrame *map_frame, __global uint *keys, uint count) {
+    __global const struct MapFrame *map_frame, __global uint *keys, uint from, uint count) {
     uint i = (uint)get_global_id(0);
     if (i >= count) return;
-    struct Photon photon = photons[i];
+    struct Photon photon = photons[from + i];
     uint key = NO_PHOTON;
     if (is_stored(photon)) {
 #ifdef MAP_LEXICOGRAPHIC
@@ -66,17 +67,17 @@ INLINE void put_photon(__global float *ordered, uint stride, uint i, struct Phot
 }
 
 __kernel void map_order(__global const struct Photon *photons, __global const uint *order, __global float *ordered,
-    uint stride, uint count) {
+    uint stride, uint from, uint count) {
     uint i = (uint)get_global_id(0);
     if (i >= count) return;
-    put_photon(ordered, stride, i, photons[order[i]]);
+    put_photon(ordered, stride, i, photons[from + order[i]]);
 }
 
 // As map_order in the order in which they are stored. What holds nothing stays in place, as no surface's.
-__kernel void map_copy(__global const struct Photon *photons, __global float *ordered, uint stride, uint count) {
+__kernel void map_copy(__global const struct Photon *photons, __global float *ordered, uint stride, uint from, uint count) {
     uint i = (uint)get_global_id(0);
     if (i >= count) return;
-    struct Photon photon = photons[i];
+    struct Photon photon = photons[from + i];
     if (!is_stored(photon)) {
         photon.position = (float4)(0.0f);
         photon.flux = (float4)(0.0f);

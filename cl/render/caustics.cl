@@ -4,9 +4,10 @@
 // At glass a ray goes on both ways, as long as it carries enough; a fainter one takes either way by chance, with the
 // probability of the light that goes there. Radiance that enters a medium of index n grows by n^2, and so for the ray.
 //
-// MEDIUM: the scene has a volume that absorbs and scatters (render/caustics_medium.cl).
+// MEDIUM: the scene has a volume that absorbs and scatters (render/caustics_medium.cl). BOUNCED: there are photons that
+// diffuse surfaces reflect, in a map of their own with a larger radius.
 //
-// Inputs: the surfaces as arrays, lights, the environment map, the map of photons of this sample's pass; output: film.
+// Inputs: the surfaces as arrays, lights, the environment map, the maps of photons of this sample's pass; output: film.
 #include "caustics/gather.cl"
 #include "film/accumulate.cl"
 #include "render/background.cl"
@@ -25,6 +26,12 @@
 // Rays that wait for their turn: each boundary adds one at most.
 #define BRANCHES 12
 
+#ifdef BOUNCED
+#define MAPS 2u
+#else
+#define MAPS 1u
+#endif
+
 // A ray on its way from the camera.
 struct Branch {
     float3 origin;
@@ -39,7 +46,7 @@ struct Branch {
 // What a sample reads, and what it has found.
 struct Sample {
     struct Surfaces surfaces;
-    struct PhotonMap map;
+    struct PhotonMap maps[MAPS];
     __constant struct Frame *frame;
     __constant struct Caustics *method;
 #ifdef MEDIUM
@@ -90,7 +97,11 @@ INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit) {
     float scale = sample->method->photon_scale;
     if (scale > 0.0f) {
         float3 face = hit->inside ? -hit->face : hit->face;
-        irradiance += scale * gathered_irradiance(&sample->map, hit->point, face, hit->surface, &sample->looked_at);
+        // A loop, so that its body stands once in the kernel.
+        for (uint i = 0; i < MAPS; ++i) {
+            irradiance +=
+                scale * gathered_irradiance(&sample->maps[i], hit->point, face, hit->surface, &sample->looked_at);
+        }
     }
     return irradiance;
 }
@@ -241,13 +252,17 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
     __global const struct Light *lights, __global const float4 *environment,
     __global const struct Shape *shapes, __global const struct Node *nodes, __global const struct Ball *balls,
     __global const float4 *normals, __global const uint *materials_of, __global const struct Material *materials,
-    PHOTON_MAP_ARGUMENTS, __global struct FilmPixel *film, uint first_tile, uint tile_count, uint first_sample,
+    PHOTON_MAP_ARGUMENTS(map),
+#ifdef BOUNCED
+    PHOTON_MAP_ARGUMENTS(bounced),
+#endif
+    __global struct FilmPixel *film, uint first_tile, uint tile_count, uint first_sample,
     uint sample_count) {
     int pixel = frame_pixel(camera->width, camera->height, first_tile, tile_count);
     if (pixel < 0) {
         return;
     }
-    struct PhotonMap map = PHOTON_MAP;
+    struct PhotonMap map = PHOTON_MAP(map);
     struct Sample s;
     s.surfaces.shapes = shapes;
     s.surfaces.plane_count = method->plane_count;
@@ -257,7 +272,11 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
     s.surfaces.normals = normals;
     s.surfaces.materials_of = materials_of;
     s.surfaces.materials = materials;
-    s.map = map;
+    s.maps[0] = map;
+#ifdef BOUNCED
+    struct PhotonMap bounced = PHOTON_MAP(bounced);
+    s.maps[1] = bounced;
+#endif
     s.frame = frame;
     s.method = method;
     s.lights = lights;

@@ -42,7 +42,7 @@ INLINE float scattered_on_the_way(struct Sample *sample, const struct Branch *ra
         return 1.0f;
     }
     float photon_scale = sample->method->photon_scale;
-    float count = photon_scale > 0.0f ? ceil(length / sample->map.frame->radius) : 0.0f;
+    float count = photon_scale > 0.0f ? ceil(length / sample->maps[0].frame->radius) : 0.0f;
     uint places = (uint)clamp(count, (float)LIT_PLACES, MOST_PLACES);
     uint apart = places / LIT_PLACES;
     uint lit = min((uint)(medium_random(medium) * (float)apart), apart - 1u);
@@ -70,7 +70,7 @@ INLINE float scattered_on_the_way(struct Sample *sample, const struct Branch *ra
 #endif
         if (photon_scale > 0.0f) {
             gained += photon_scale
-                * photon_scattering(&sample->map, point, medium_phase(medium), -ray->direction, &sample->looked_at);
+                * photon_scattering(&sample->maps[0], point, medium_phase(medium), -ray->direction, &sample->looked_at);
         }
         light += left * gained;
     }

@@ -25,7 +25,7 @@ struct Receiver {
     float4 v;
     uint kind;
     uint plane; // number among the flat ones, from 0; NO_PLANE
-    uint pad_0;
+    float reach; // photons farther away do not count, whatever the radius: the surface is too curved
     uint pad_1;
 };
 #define NO_PLANE 0xffffffffu

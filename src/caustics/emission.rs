@@ -56,6 +56,11 @@ device_struct! {
 }
 
 impl Emitter {
+    /// Whether its photons go on where diffuse surfaces reflect them.
+    pub fn is_bounced(&self) -> bool {
+        self.role != role::CAUSTIC
+    }
+
     /// Whether its light is parallel.
     pub(super) fn is_parallel(&self) -> bool {
         self.way == way::DIRECTIONAL

@@ -11,6 +11,7 @@ use super::receivers::{Receiver, number_planes};
 use crate::device::{Arg, Buffer, Device, DeviceInfo, Kernel, MemoryPlan, Program, ProgramSpec};
 use crate::sort::{CellRanges, Sorter};
 use crate::{Error, Result};
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// Work-items that look for the photons' bounds.
@@ -145,23 +146,23 @@ impl PhotonMap {
         &self.settings
     }
 
-    /// Makes the map of the first `count` slots, to be gathered within `radius` (local units) of points.
+    /// Makes the map of these slots, to be gathered within `radius` (local units) of points.
     ///
     /// # Errors
-    /// [`Error::Failed`] when there are more slots than the capacity, the radius is none, photons lie on surfaces that have
+    /// [`Error::Failed`] when there are more slots than the capacity or than there are, the radius is none, photons lie on surfaces that have
     /// no plane where cells do, or the device fails.
     pub fn build(
         &mut self,
         device: &Device,
         photons: &Buffer<Photon>,
-        count: usize,
+        slots: Range<usize>,
         radius: f32,
     ) -> Result<MapFacts> {
-        self.check(device, photons, count, radius)?;
+        self.check(device, photons, &slots, radius)?;
         if self.settings.sorts() {
-            self.sort(device, photons, count, radius)
+            self.sort(device, photons, slots, radius)
         } else {
-            self.copy(device, photons, count, radius)
+            self.copy(device, photons, slots, radius)
         }
     }
 
@@ -172,8 +173,15 @@ impl PhotonMap {
         [(&self.frame).into(), (&self.photons).into(), keys.into(), ranges.into(), (&self.receivers).into()]
     }
 
-    fn check(&self, device: &Device, photons: &Buffer<Photon>, count: usize, radius: f32) -> Result<()> {
-        let most = self.capacity.min(photons.len());
+    fn check(
+        &self,
+        device: &Device,
+        photons: &Buffer<Photon>,
+        slots: &Range<usize>,
+        radius: f32,
+    ) -> Result<()> {
+        let count = slots.len();
+        let most = self.capacity.min(photons.len().saturating_sub(slots.start));
         if count > most {
             return Err(Error::Failed(format!("cannot map {count} photons: there is room for {most}")));
         }
@@ -199,14 +207,16 @@ impl PhotonMap {
         &mut self,
         device: &Device,
         photons: &Buffer<Photon>,
-        count: usize,
+        slots: Range<usize>,
         radius: f32,
     ) -> Result<MapFacts> {
         let mut watch = Watch { device, start: Instant::now() };
+        let count = slots.len();
         self.write_frame(device, radius, count, None)?;
-        let arguments = [photons.into(), (&self.photons).into(), self.stride(), (count as u32).into()];
+        let [from, many] = numbers(&slots);
+        let arguments = [photons.into(), (&self.photons).into(), self.stride(), from, many];
         self.kernels.copy.enqueue(device, &arguments, [count, 1, 1])?;
-        let valid = self.bounds(device, photons, count)?.valid;
+        let valid = self.bounds(device, photons, &slots)?.valid;
         Ok(MapFacts { valid, launches: 2, order: watch.lap()?, ..MapFacts::default() })
     }
 
@@ -214,12 +224,12 @@ impl PhotonMap {
         &mut self,
         device: &Device,
         photons: &Buffer<Photon>,
-        count: usize,
+        slots: Range<usize>,
         radius: f32,
     ) -> Result<MapFacts> {
         let mut facts = MapFacts::default();
         let mut watch = Watch { device, start: Instant::now() };
-        let Bounds { low, high, valid } = self.bounds(device, photons, count)?;
+        let Bounds { low, high, valid } = self.bounds(device, photons, &slots)?;
         facts.valid = valid;
         let planar = self.settings.acceleration == Acceleration::Planar;
         let cells = (self.settings.has_cells() && valid > 0).then(|| {
@@ -234,13 +244,9 @@ impl PhotonMap {
             facts.keys = watch.lap()?;
             return Ok(facts);
         }
-        let arguments = [
-            photons.into(),
-            (&self.receivers).into(),
-            (&self.frame).into(),
-            (&self.keys).into(),
-            (count as u32).into(),
-        ];
+        let (count, [from, many]) = (slots.len(), numbers(&slots));
+        let arguments =
+            [photons.into(), (&self.receivers).into(), (&self.frame).into(), (&self.keys).into(), from, many];
         self.kernels.keys.enqueue(device, &arguments, [count, 1, 1])?;
         facts.keys = watch.lap()?;
 
@@ -258,8 +264,9 @@ impl PhotonMap {
                 facts.fill = watch.lap()?;
             }
         }
-        let arguments =
-            [photons.into(), sorted.indices.into(), (&self.photons).into(), stride, (valid as u32).into()];
+        let [from, _] = numbers(&slots);
+        let valid_ = Arg::from(valid as u32);
+        let arguments = [photons.into(), sorted.indices.into(), (&self.photons).into(), stride, from, valid_];
         self.kernels.order.enqueue(device, &arguments, [valid, 1, 1])?;
         facts.order = watch.lap()?;
         Ok(facts)
@@ -269,7 +276,8 @@ impl PhotonMap {
         (stride(self.capacity) as u32).into()
     }
 
-    fn bounds(&mut self, device: &Device, photons: &Buffer<Photon>, count: usize) -> Result<Bounds> {
+    fn bounds(&mut self, device: &Device, photons: &Buffer<Photon>, slots: &Range<usize>) -> Result<Bounds> {
+        let (count, [from, many]) = (slots.len(), numbers(slots));
         let share = count.div_ceil(SHARES).max(1);
         let items = count.div_ceil(share);
         let arguments = [
@@ -277,7 +285,8 @@ impl PhotonMap {
             (&self.receivers).into(),
             (&self.corners[0]).into(),
             (&self.corners[1]).into(),
-            (count as u32).into(),
+            from,
+            many,
             (share as u32).into(),
             (items as u32).into(),
         ];
@@ -326,6 +335,11 @@ impl PhotonMap {
         };
         self.frame.write(device, 0, &[frame])
     }
+}
+
+/// The first of the slots, and how many.
+fn numbers(slots: &Range<usize>) -> [Arg<'static>; 2] {
+    [slots.start as u32, slots.len() as u32].map(Arg::from)
 }
 
 /// Elements of an array, with what a batch may read behind the last photon.

@@ -40,5 +40,5 @@ pub use photons::{PhotonFrame, PhotonSettings, PhotonTracer};
 pub use radius::pass_radius;
 pub use receivers::Receiver;
 pub use roles::diffuse_light_returns;
-pub use settings::{map_settings, photon_settings, receiver};
+pub use settings::{map_settings, photon_settings, reach, receiver};
 pub use spectrum::{WAVELENGTHS, color_of, mean_color};

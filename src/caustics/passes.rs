@@ -1,17 +1,18 @@
-//! Passes: photons from the lights, and the map in which they are gathered; a new one for each sample.
+//! Passes: photons from the lights, and the maps in which they are gathered; new ones for each sample.
 //!
 //! A pass is a function of its number and the scene alone, so a render may be cut, stopped and resumed anywhere.
 
 use super::{
-    BouncedLedger, Focus, MapFacts, PassLedger, PhotonLedger, PhotonMap, PhotonMedium, PhotonTracer,
-    pass_radius, photon_settings,
+    BouncedLedger, Focus, MapFacts, MapSettings, PassLedger, PhotonLedger, PhotonMap, PhotonMedium,
+    PhotonTracer, Receiver, pass_radius, photon_settings,
 };
 use crate::Result;
 use crate::device::{Arg, Buffer, Device, LAUNCH_TARGET, Pacer};
 use crate::render::Plan;
-use crate::render::caustics::CausticsSetup;
+use crate::render::caustics::{BouncedSetup, CausticsSetup};
 use crate::surfaces::SurfaceBuffers;
 use serde::Serialize;
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -28,7 +29,13 @@ pub struct PassFacts {
     pub cells: [u32; 3],
     /// The radius of the last pass, scene units.
     pub radius: f64,
-    /// Seconds of all passes to trace photons.
+    /// Photons that diffuse surfaces reflect in the last map of these, which are not in the other.
+    pub bounced_mapped: usize,
+    /// Its cells.
+    pub bounced_cells: [u32; 3],
+    /// Its radius, scene units; 0 where there is none.
+    pub bounce_radius: f64,
+    /// Seconds of all passes to trace photons; these and the others are of both maps.
     pub trace_seconds: f64,
     /// ... to find their bounds and keys.
     pub key_seconds: f64,
@@ -54,20 +61,67 @@ impl PassFacts {
             ..*if self.passes > 0 && self.radius < other.radius { self } else { other }
         }
     }
+
+    fn add_times(&mut self, map: &MapFacts) {
+        self.key_seconds += map.keys.as_secs_f64();
+        self.sort_seconds += map.sort.as_secs_f64();
+        self.fill_seconds += map.fill.as_secs_f64();
+        self.order_seconds += map.order.as_secs_f64();
+    }
+}
+
+/// The map of some of the photons.
+struct Gathered {
+    map: PhotonMap,
+    slots: Range<usize>,
+    /// Of the first pass, local units.
+    radius: f64,
+}
+
+impl Gathered {
+    fn new(
+        device: &Device,
+        tracer: &PhotonTracer,
+        slots: Range<usize>,
+        settings: MapSettings,
+        receivers: &[Receiver],
+        (radius, focus): (f64, Option<Focus>),
+    ) -> Result<Self> {
+        let mut map = PhotonMap::new(device, settings, receivers, slots.len())?;
+        if let Some(focus) = focus {
+            map = map.focused(focus);
+        }
+        // Kernels take a map, be it an empty one.
+        map.build(device, tracer.photons(), 0..0, radius as f32)?;
+        Ok(Self { map, slots, radius })
+    }
+
+    /// The map of a pass, and its radius.
+    fn build(
+        &mut self,
+        device: &Device,
+        tracer: &PhotonTracer,
+        alpha: f64,
+        pass: u32,
+    ) -> Result<(MapFacts, f64)> {
+        let radius = pass_radius(self.radius, alpha, pass);
+        Ok((self.map.build(device, tracer.photons(), self.slots.clone(), radius as f32)?, radius))
+    }
 }
 
 /// The photons of one sample after another.
 pub struct Passes {
     surfaces: Arc<SurfaceBuffers>,
     tracer: PhotonTracer,
-    map: PhotonMap,
-    /// Of the first pass, local units.
-    radius: f64,
+    /// Photons that end at the first diffuse surface.
+    caustics: Gathered,
+    /// Those that go on from there.
+    bounced: Option<Gathered>,
     alpha: f64,
     unit: f64,
     /// The pass that is being traced, and its photons so far.
     traced: (u32, u32),
-    /// The pass that the map holds.
+    /// The pass that the maps hold.
     mapped: Option<u32>,
     pacer: Pacer,
     /// Of the first passes of the picture.
@@ -107,19 +161,23 @@ impl Passes {
             &settings,
             medium.transpose()?,
         )?;
-        let mut map = PhotonMap::new(device, setup.map, &setup.receivers, tracer.capacity() as usize)?;
-        if let Some(bounds) = setup.surfaces.bounds {
-            let centre = plan.local.point(bounds.centre()).as_vec3().to_array();
-            let reach = (0.5 * bounds.size().max_element() / plan.local.unit) as f32;
-            map = map.focused(Focus { centre, reach });
-        }
-        // Kernels take a map, be it an empty one.
-        map.build(device, tracer.photons(), 0, setup.radius as f32)?;
+        let focus = setup.surfaces.bounds.map(|bounds| Focus {
+            centre: plan.local.point(bounds.centre()).as_vec3().to_array(),
+            reach: (0.5 * bounds.size().max_element() / plan.local.unit) as f32,
+        });
+        let bounced_slots = tracer.bounced_slots();
+        let caustic_slots = 0..bounced_slots.start;
+        let (map, receivers) = (setup.map, &setup.receivers);
+        let caustics = Gathered::new(device, &tracer, caustic_slots, map, receivers, (setup.radius, focus))?;
+        let bounced = setup.bounced.as_ref().map(|bounced| {
+            let BouncedSetup { map, receivers, radius, .. } = bounced;
+            Gathered::new(device, &tracer, bounced_slots, *map, receivers, (*radius, focus))
+        });
         Ok(Self {
             build_time: tracer.build_time,
             surfaces,
-            map,
-            radius: setup.radius,
+            caustics,
+            bounced: bounced.transpose()?,
             alpha: setup.settings.alpha,
             unit: plan.local.unit,
             traced: (0, 0),
@@ -132,7 +190,7 @@ impl Passes {
         })
     }
 
-    /// Whether the map holds the photons of this pass.
+    /// Whether the maps hold the photons of this pass.
     pub fn is_ready(&self, pass: u32) -> bool {
         self.mapped == Some(pass) || !self.has_photons()
     }
@@ -142,7 +200,7 @@ impl Passes {
         self.tracer.capacity() > 0
     }
 
-    /// One launch towards the map of `pass`.
+    /// One launch towards the maps of `pass`.
     ///
     /// # Errors
     /// [`crate::Error::Failed`] when the device fails.
@@ -160,10 +218,8 @@ impl Passes {
             self.traced.1 += count;
             return Ok(());
         }
-        let radius = pass_radius(self.radius, self.alpha, pass);
-        let map = self.map.build(device, self.tracer.photons(), done as usize, radius as f32)?;
+        self.map(device, pass)?;
         self.mapped = Some(pass);
-        self.note(&map, radius);
         let entered = (self.tracer.ledger(device)?, self.tracer.bounced(device)?);
         // A pass that an earlier run began is there already.
         if pass >= self.ledger.passes {
@@ -175,21 +231,26 @@ impl Passes {
         Ok(())
     }
 
-    fn note(&mut self, map: &MapFacts, radius: f64) {
-        let facts = &mut self.facts;
+    fn map(&mut self, device: &Device, pass: u32) -> Result<()> {
+        let Self { caustics, bounced, tracer, alpha, unit, facts, .. } = self;
+        let (map, radius) = caustics.build(device, tracer, *alpha, pass)?;
         facts.passes += 1;
-        facts.mapped = map.valid;
-        facts.cells = map.cells;
-        facts.radius = radius * self.unit;
-        facts.key_seconds += map.keys.as_secs_f64();
-        facts.sort_seconds += map.sort.as_secs_f64();
-        facts.fill_seconds += map.fill.as_secs_f64();
-        facts.order_seconds += map.order.as_secs_f64();
+        facts.add_times(&map);
+        (facts.mapped, facts.cells, facts.radius) = (map.valid, map.cells, radius * *unit);
+        if let Some(bounced) = bounced {
+            let (map, radius) = bounced.build(device, tracer, *alpha, pass)?;
+            facts.add_times(&map);
+            (facts.bounced_mapped, facts.bounced_cells) = (map.valid, map.cells);
+            facts.bounce_radius = radius * *unit;
+        }
+        Ok(())
     }
 
-    /// The surfaces and the map, as `render_caustics` takes them.
+    /// The surfaces and the maps, as `render_caustics` takes them.
     pub fn arguments(&self) -> impl Iterator<Item = Arg<'_>> {
-        self.surfaces.arguments().into_iter().chain(self.map.arguments())
+        let maps = [Some(&self.caustics), self.bounced.as_ref()].into_iter().flatten();
+        let maps = maps.flat_map(|gathered| gathered.map.arguments());
+        self.surfaces.arguments().into_iter().chain(maps)
     }
 
     /// What the passes of this session did.

@@ -4,7 +4,7 @@ use super::emission::{EmissionSettings, Emitter, emitters};
 use super::ledger::{BouncedLedger, PhotonAccount, PhotonLedger};
 use super::medium::{PhotonMedium, begin_before};
 use super::photon::Photon;
-use super::roles::{guide, role};
+use super::roles::guide;
 use super::spectrum::mean_color;
 use crate::device::{Arg, Buffer, Device, Kernel, MemoryPlan, Program, ProgramSpec};
 use crate::render::local::LocalFrame;
@@ -115,8 +115,7 @@ impl PhotonTracer {
             begin_before(&mut emitters, frame);
         }
         let capacity = emitters.iter().map(|emitter| emitter.count).sum();
-        let bounced =
-            emitters.iter().find(|emitter| emitter.role != role::CAUSTIC).map(|emitter| emitter.first);
+        let bounced = emitters.iter().find(|emitter| emitter.is_bounced()).map(|emitter| emitter.first);
         let mut plan = MemoryPlan::default();
         Self::memory(&mut plan, capacity);
         plan.check(device.info())?;
@@ -210,6 +209,12 @@ impl PhotonTracer {
     /// The slots of a pass's photons.
     pub fn photons(&self) -> &Buffer<Photon> {
         &self.photons
+    }
+
+    /// Which of them are photons that diffuse surfaces reflect: the last ones, or none.
+    pub fn bounced_slots(&self) -> Range<usize> {
+        let first = self.bounce.as_ref().map_or(self.capacity, |(first, ..)| *first);
+        first as usize..self.capacity as usize
     }
 
     /// Photons in a pass: as many as the settings say, or none where no light has any to send.

@@ -17,8 +17,8 @@ device_struct! {
         pub kind: u32,
         /// Its number among the flat ones.
         pub plane: u32,
-        /// Padding.
-        pub pad_0: u32,
+        /// No photons farther than this count, whatever the radius; may be infinite.
+        pub reach: f32,
         /// Padding.
         pub pad_1: u32,
     }
@@ -31,7 +31,7 @@ impl Receiver {
     /// A surface that is curved, or has edges that are not known.
     pub fn curved() -> Self {
         let none = [0.0; 4];
-        Self { origin: none, u: none, v: none, kind: 0, plane: NO_PLANE, pad_0: 0, pad_1: 0 }
+        Self { origin: none, u: none, v: none, kind: 0, plane: NO_PLANE, reach: f32::INFINITY, pad_1: 0 }
     }
 
     /// A plane without edges.
@@ -61,7 +61,7 @@ impl Receiver {
 
     fn flat(kind: u32, origin: DVec3, of_origin: f64, u: DVec3, of_u: f64, v: DVec3, of_v: f64) -> Self {
         let [origin, u, v] = [float4(origin, of_origin), float4(u, of_u), float4(v, of_v)];
-        Self { origin, u, v, kind, plane: 0, pad_0: 0, pad_1: 0 }
+        Self { origin, u, v, kind, plane: 0, reach: f32::INFINITY, pad_1: 0 }
     }
 
     /// Whether it lies in one plane.

@@ -47,12 +47,13 @@ pub(super) struct Group {
     pub part: f64,
 }
 
-/// The kinds of photons; those that can bring anything are told from the others later.
+/// The kinds of photons; those that can bring anything are told from the others later. Caustics have most, because they are
+/// gathered within the smaller radius.
 pub(super) const GROUPS: [Group; 4] = [
-    Group { role: role::CAUSTIC, aim: Aim::Specular, part: 0.6 },
-    Group { role: role::AFTER_CAUSTIC, aim: Aim::Specular, part: 0.1 },
-    Group { role: role::AFTER_DIRECT, aim: Aim::Near, part: 0.2 },
-    Group { role: role::AFTER_DIRECT, aim: Aim::Elsewhere, part: 0.1 },
+    Group { role: role::CAUSTIC, aim: Aim::Specular, part: 0.7 },
+    Group { role: role::AFTER_CAUSTIC, aim: Aim::Specular, part: 0.05 },
+    Group { role: role::AFTER_DIRECT, aim: Aim::Near, part: 0.12 },
+    Group { role: role::AFTER_DIRECT, aim: Aim::Elsewhere, part: 0.13 },
 ];
 
 fn material<'s>(surfaces: &'s SurfaceArrays, shape: &DeviceShape) -> &'s DeviceMaterial {

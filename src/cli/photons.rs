@@ -37,8 +37,13 @@ pub fn line(ledger: &PassLedger, facts: &PassFacts) -> Option<String> {
             bounced.photons
         ));
     }
+    let within = if facts.bounce_radius > 0.0 {
+        format!(" ({:.4} these)", facts.bounce_radius)
+    } else {
+        String::new()
+    };
     Some(format!(
-        "photons: {} in {} passes; {}; gathered within {:.4} at last; {:.2} s to trace, {:.2} s to sort",
+        "photons: {} in {} passes; {}; gathered within {:.4}{within} at last; {:.2} s to trace, {:.2} s to sort",
         flux.photons + bounced.photons,
         ledger.passes,
         parts.join(", "),

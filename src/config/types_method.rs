@@ -174,10 +174,15 @@ pub enum MethodConfig {
         #[schemars(range(min = 1, max = 1000))]
         depth: u32,
         /// Most times that photons are reflected by diffuse surfaces; 0: as published, they end at the first. Default: 4, or
-        /// 0 with direct "none" or weights "paper". What diffuse surfaces send each other is gathered as caustics are, blurred
-        /// by the radius as these, and right as it shrinks.
+        /// 0 with direct "none" or weights "paper". What diffuse surfaces send each other is gathered as caustics are, within
+        /// a radius of its own.
         #[schemars(range(max = 1000))]
         bounces: Option<u32>,
+        /// Radius of gathering in the first pass of what diffuse surfaces send each other, scene units; it shrinks as the
+        /// other one, and is less on curved surfaces. Default: 16 times `radius`, but from 0.08 to 0.2 of
+        /// the scene's size: of what has bounds, or of the way to the camera's target, whichever is less.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        bounce_radius: Option<f64>,
         /// How the light that arrives without a mirror or glass in its way comes into the picture.
         #[serde(default)]
         direct: DirectConfig,

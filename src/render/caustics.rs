@@ -6,10 +6,10 @@ use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::caustics::{
     Emitter, MapSettings, PhotonTracer, Receiver, diffuse_light_returns, emitters, map_settings, mean_color,
-    medium_setup, photon_settings, receiver, specialise_medium,
+    medium_setup, photon_settings, reach, receiver, specialise_medium,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
-use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene};
+use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene, Surface};
 use crate::sort::CellRanges;
 use crate::surfaces::{self, Bounds, DeviceMaterial, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
 use crate::{Result, device_struct};
@@ -20,6 +20,11 @@ use glam::DVec3;
 const SPLIT: f32 = 0.02;
 /// The radius of gathering over the extent of what makes caustics, where the scene does not say.
 const RADIUS: f64 = 0.01;
+/// That of gathering light between diffuse surfaces, over the former. This light varies over the size of things, not over
+/// the width of caustics' lines: noise falls up to there and no bias shows in `configs/glass_sphere.toml`.
+const BOUNCE_FACTOR: f64 = 16.0;
+/// Its least and largest part of the scene's size, so that rooms are smooth about small things of glass, and shadows stay.
+const BOUNCE_PARTS: [f64; 2] = [0.08, 0.2];
 /// Tables of the scattering methods that the medium is read from: majorants, extinction, albedo.
 pub const MEDIUM_TABLES: usize = 3;
 /// Cells with a range of their own, over photons, at most: nearly all would be empty.
@@ -62,8 +67,22 @@ pub struct CausticsSetup {
     pub map: MapSettings,
     /// The radius of the first pass, local units.
     pub radius: f64,
+    /// How photons are gathered that diffuse surfaces reflect, if there are any.
+    pub bounced: Option<BouncedSetup>,
     /// The medium between the surfaces as single scattering reads it, where the scene has a volume.
     pub medium: Option<MethodSetup>,
+}
+
+/// How photons are gathered that diffuse surfaces reflect.
+pub struct BouncedSetup {
+    /// How many there are.
+    pub photons: u32,
+    /// Their map.
+    pub map: MapSettings,
+    /// What gathering knows of each surface.
+    pub receivers: Vec<Receiver>,
+    /// The radius of the first pass, local units.
+    pub radius: f64,
 }
 
 impl CausticsSetup {
@@ -80,8 +99,10 @@ impl CausticsSetup {
             plan.add(table.name, table.bytes.len() as u64, 1);
         }
         if self.map.has_cells() {
-            let ranges = CellRanges::memory(self.map.table_cells, self.settings.photons as usize);
-            plan.items.extend(ranges.items);
+            // A table for each map; together they have all photons.
+            let of_bounced = self.bounced.as_ref().map_or(0, |bounced| bounced.map.table_cells);
+            let cells = self.map.table_cells + of_bounced;
+            plan.items.extend(CellRanges::memory(cells, self.settings.photons as usize).items);
         }
         plan.add("shapes", self.surfaces.shapes.len() as u64, size_of::<DeviceShape>());
         plan.add("boxes of shapes", self.surfaces.nodes.len() as u64, size_of::<DeviceNode>());
@@ -128,8 +149,7 @@ pub fn prepare(
     let medium = volume.map(|input| medium_setup(input, &settings, frame)).transpose()?;
     let surfaces = SurfaceArrays::new(&scene.surfaces, &scene.materials, meshes, local)?;
     let lights = device_lights(&scene.lights, local, frame);
-    let mut map = map_settings(&settings.gather);
-    map.table_cells = map.table_cells.min(CELLS_PER_PHOTON * settings.photons as usize).max(1);
+    let map = map_settings(&settings.gather);
     let extent = surfaces.specular_bounds.or(surfaces.bounds).map_or(local.unit, |b| b.size().max_element());
     let radius = settings.radius.unwrap_or(RADIUS * extent) / local.unit;
     let photons = photons_wanted(scene, &settings, &surfaces);
@@ -137,6 +157,9 @@ pub fn prepare(
     // What no photon can do is found here, not on the device.
     let emission = photon_settings(&settings, scene.seed).emission;
     let emitters = emitters(&scene.lights, &surfaces, local, &emission)?;
+    let bounced = bounced(scene, &settings, meshes, local, (&surfaces, &emitters, radius));
+    let others = bounced.as_ref().map_or(0, |bounced| bounced.photons);
+    let map = tabled(map, settings.photons - others);
     let [r, g, b] = mean_color().map(|mean| (1.0 / mean) as f32);
     let parameters = DeviceCaustics {
         white: [r, g, b, 0.0],
@@ -151,7 +174,8 @@ pub fn prepare(
         .define_gather(surfaces.specialise(ProgramSpec::new("render/caustics.cl")))
         .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
         .feature("RECTANGLES", frame.rectangle_count > 0)
-        .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays);
+        .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays)
+        .feature("BOUNCED", bounced.is_some());
     let mut tables = Vec::new();
     if let Some(medium) = &medium {
         spec = specialise_medium(spec, medium);
@@ -171,7 +195,7 @@ pub fn prepare(
         paths: false,
         has_depth: true,
         notes: notes(scene, meshes, photons),
-        details: details(&surfaces, radius * local.unit),
+        details: details(&surfaces, [Some(radius), bounced.as_ref().map(|b| b.radius)], local.unit),
         light: None,
         caustics: Some(Box::new(CausticsSetup {
             settings,
@@ -179,9 +203,54 @@ pub fn prepare(
             surfaces,
             map,
             radius,
+            bounced,
             medium,
         })),
     })
+}
+
+/// No larger table of cells than so many photons need.
+fn tabled(map: MapSettings, photons: u32) -> MapSettings {
+    let table_cells = map.table_cells.min(CELLS_PER_PHOTON * photons as usize).max(1);
+    MapSettings { table_cells, ..map }
+}
+
+/// How photons are gathered that diffuse surfaces reflect, where there are such emitters.
+fn bounced(
+    scene: &Scene,
+    settings: &Caustics,
+    meshes: &Meshes,
+    local: &LocalFrame,
+    (surfaces, emitters, radius): (&SurfaceArrays, &[Emitter], f64),
+) -> Option<BouncedSetup> {
+    let photons: u32 = emitters.iter().filter(|emitter| emitter.is_bounced()).map(|e| e.count).sum();
+    if photons == 0 {
+        return None;
+    }
+    let chosen = settings.bounce_radius.map(|radius| radius / local.unit);
+    let radius = chosen.unwrap_or_else(|| bounce_radius(scene, surfaces, local, radius));
+    let receiver_of = |(index, surface): (usize, &Surface)| {
+        let own = surfaces::bounds_of_one(index, surface, meshes);
+        let extent = own.map_or(0.0, |bounds| bounds.size().max_element());
+        let reach = reach(&surface.shape, extent) / local.unit;
+        // Squares of the ratio stay finite.
+        Receiver { reach: reach.max(1e-6 * radius) as f32, ..receiver(&surface.shape, local) }
+    };
+    Some(BouncedSetup {
+        photons,
+        map: tabled(map_settings(&settings.gather), photons),
+        receivers: scene.surfaces.iter().enumerate().map(receiver_of).collect(),
+        radius,
+    })
+}
+
+/// Where the scene does not say, from that of caustics; local units. A scene is as large as what has bounds, or as its target
+/// is away: floors may go on for ever.
+fn bounce_radius(scene: &Scene, surfaces: &SurfaceArrays, local: &LocalFrame, radius: f64) -> f64 {
+    let away = scene.camera.position.distance(scene.camera.target);
+    let size = surfaces.bounds.map_or(away, |bounds| away.min(bounds.size().max_element())) / local.unit;
+    let [least, largest] = BOUNCE_PARTS.map(|part| part * size);
+    (BOUNCE_FACTOR * radius).clamp(least, largest).max(radius)
 }
 
 /// A buffer is not empty.
@@ -255,9 +324,12 @@ fn notes(scene: &Scene, meshes: &Meshes, photons: bool) -> Vec<String> {
     notes
 }
 
-fn details(surfaces: &SurfaceArrays, radius: f64) -> Vec<String> {
-    vec![
-        format!("{} shapes in {} boxes", surfaces.shapes.len(), surfaces.nodes.len()),
-        format!("photons are gathered within {radius:.6} scene units in the first pass"),
-    ]
+fn details(surfaces: &SurfaceArrays, [radius, bounced]: [Option<f64>; 2], unit: f64) -> Vec<String> {
+    let shapes = format!("{} shapes in {} boxes", surfaces.shapes.len(), surfaces.nodes.len());
+    let within = |what: &str, radius: Option<f64>| {
+        let radius = radius? * unit;
+        Some(format!("{what} are gathered within {radius:.6} scene units in the first pass"))
+    };
+    let bounced = within("photons that diffuse surfaces reflect", bounced);
+    [Some(shapes), within("photons", radius), bounced].into_iter().flatten().collect()
 }

@@ -172,6 +172,7 @@ pub const FAMILIES: [Family; 6] = [
             Choice::Switch("DISPERSION"),
             Choice::Switch("RECTANGLES"),
             Choice::Switch("DIRECT_RAYS"),
+            Choice::Switch("BOUNCED"),
             // A volume between the surfaces.
             Choice::Sets(&[
                 &[],

@@ -25,6 +25,8 @@ pub struct Caustics {
     pub depth: u32,
     /// Most times that photons are reflected by diffuse surfaces.
     pub bounces: u32,
+    /// Radius of gathering in the first pass of what those bring, scene units, > 0; chosen by the renderer if `None`.
+    pub bounce_radius: Option<f64>,
     /// How direct light comes into the picture.
     pub direct: DirectConfig,
     /// How much light a photon carries.
@@ -64,7 +66,17 @@ pub struct Gather {
 }
 
 pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Caustics> {
-    let MethodConfig::Caustics { photons, radius, alpha, depth, bounces, direct, emission, gather } = config
+    let MethodConfig::Caustics {
+        photons,
+        radius,
+        alpha,
+        depth,
+        bounces,
+        bounce_radius,
+        direct,
+        emission,
+        gather,
+    } = config
     else {
         return None;
     };
@@ -89,6 +101,7 @@ pub(super) fn caustics(config: &MethodConfig, cx: &mut Context<'_>) -> Option<Ca
         alpha: *alpha,
         depth: *depth,
         bounces: bounced(*bounces, *direct, gather, cx),
+        bounce_radius: *bounce_radius,
         direct: *direct,
         flux: emission.flux,
         target,

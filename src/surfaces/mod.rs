@@ -20,9 +20,13 @@ use crate::scene::Surface;
 /// The box around those surfaces of a kind that have bounds (all but planes), in scene units.
 pub fn bounds_of(surfaces: &[Surface], meshes: &Meshes, wanted: impl Fn(&Surface) -> bool) -> Option<Bounds> {
     let wanted = surfaces.iter().enumerate().filter(|(_, surface)| wanted(surface));
-    let bounds = |(index, surface): (usize, &Surface)| match meshes.of(index) {
+    Bounds::around(wanted.filter_map(|(index, surface)| bounds_of_one(index, surface, meshes)))
+}
+
+/// Those of the surface with this number, if it has any.
+pub fn bounds_of_one(index: usize, surface: &Surface, meshes: &Meshes) -> Option<Bounds> {
+    match meshes.of(index) {
         Some(mesh) => mesh.bounds(),
         None => arrays::shape_bounds(&surface.shape),
-    };
-    Bounds::around(wanted.filter_map(bounds))
+    }
 }

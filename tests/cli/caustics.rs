@@ -80,6 +80,31 @@ fn billions_of_photons_are_refused_with_both_numbers() {
 }
 
 #[test]
+fn light_between_diffuse_surfaces_has_a_radius_of_its_own() {
+    let folder = folder();
+    let check = |sets: &[&str]| {
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        folder.succeed(&["check", "scene.toml"].into_iter().chain(sets).collect::<Vec<_>>()).out
+    };
+    let says = |sets: &[&str], radius: &str| {
+        let text = check(sets);
+        let note = format!("photons that diffuse surfaces reflect are gathered within {radius} scene units");
+        assert!(text.contains(&note) && text.contains("BOUNCED"), "{sets:?}: {text}");
+    };
+    // The sphere is 1 wide; the camera is 4.3 from its target.
+    says(&[], "0.200000");
+    says(&["method.radius=0.01"], "0.160000");
+    says(&["method.radius=0.001"], "0.080000");
+    says(&["method.radius=0.5"], "0.500000");
+    says(&["camera.target=[0, -3.5, 1.75]"], "0.111803");
+    says(&["method.bounce_radius=0.03"], "0.030000");
+    let without = check(&["method.bounces=0", "method.bounce_radius=0.03"]);
+    assert!(!without.contains("BOUNCED") && !without.contains("reflect are gathered"), "{without}");
+    let refused = folder.run(&["check", "scene.toml", "--set", "method.bounce_radius=0"]);
+    refused.fails_with(2, "must be more than 0");
+}
+
+#[test]
 fn odd_scenes_are_rendered() {
     let folder = folder();
     let usual = mean(&picture(&folder, &[]), "R");
@@ -95,6 +120,8 @@ fn odd_scenes_are_rendered() {
     // Spread over far more than is seen, and within less than float32 has of a unit.
     lit(&["method.radius=1000"]);
     lit(&["method.radius=1e-12"]);
+    lit(&["method.bounce_radius=1000"]);
+    lit(&["method.bounce_radius=1e-12"]);
     dark(&["light=[]"]);
     dark(&["surface.0.material=silver", "surface.1.material=silver"]);
     lit(&["surface.1.material=white"]);

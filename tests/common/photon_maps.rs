@@ -10,21 +10,21 @@ use svetlo::device::{Buffer, Device, Program, ProgramSpec};
 use svetlo::reference::photons::StoredPhoton;
 
 const PROBE: &str = "
-__kernel void probe_irradiance(PHOTON_MAP_ARGUMENTS, __global const float4 *points, __global const float4 *normals,
+__kernel void probe_irradiance(PHOTON_MAP_ARGUMENTS(map), __global const float4 *points, __global const float4 *normals,
     __global float4 *out, uint count) {
     uint i = (uint)get_global_id(0);
     if (i >= count) return;
-    struct PhotonMap map = PHOTON_MAP;
+    struct PhotonMap map = PHOTON_MAP(map);
     uint looked_at = 0;
     float3 found = gathered_irradiance(&map, points[i].xyz, normals[i].xyz, as_uint(points[i].w), &looked_at);
     out[i] = (float4)(found, (float)looked_at);
 }
 #ifndef MAP_PLANAR
-__kernel void probe_density(PHOTON_MAP_ARGUMENTS, __global const float4 *points, __global const float4 *normals,
+__kernel void probe_density(PHOTON_MAP_ARGUMENTS(map), __global const float4 *points, __global const float4 *normals,
     __global float4 *out, uint count) {
     uint i = (uint)get_global_id(0);
     if (i >= count) return;
-    struct PhotonMap map = PHOTON_MAP;
+    struct PhotonMap map = PHOTON_MAP(map);
     uint looked_at = 0;
     float3 found = photon_density(&map, points[i].xyz, &looked_at);
     out[i] = (float4)(found, (float)looked_at);
@@ -67,7 +67,7 @@ impl Gathering {
     pub fn map(&self, settings: MapSettings, photons: &[Photon], radius: f32) -> (PhotonMap, MapFacts) {
         let mut map = PhotonMap::new(&self.device, settings, &self.receivers, photons.len()).unwrap();
         let slots = Buffer::from_slice(&self.device, photons).unwrap();
-        let facts = map.build(&self.device, &slots, photons.len(), radius).unwrap();
+        let facts = map.build(&self.device, &slots, 0..photons.len(), radius).unwrap();
         (map, facts)
     }
 
