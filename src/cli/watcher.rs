@@ -1,11 +1,11 @@
 //! Who watches a render for `svetlo render`: writes pictures, shows progress, and knows of interrupts.
 
 use super::progress::ProgressView;
+use super::target::Target;
 use crate::Result;
-use crate::picture::{Tonemap, write_exr, write_png};
+use crate::picture::Tonemap;
 use crate::render::{Observer, Plan, Session, Snapshot, Spent, Status};
 use crate::scene::Stop;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -13,8 +13,7 @@ use std::time::{Duration, Instant};
 /// One picture on its way.
 pub(super) struct Watcher<'a> {
     pub plan: &'a Plan<'a>,
-    pub output: &'a Path,
-    pub preview: &'a Path,
+    pub target: Target,
     pub data_hash: &'a str,
     /// What the runs before this one took.
     pub spent: Spent,
@@ -23,6 +22,8 @@ pub(super) struct Watcher<'a> {
     pub interrupt: Arc<AtomicBool>,
     pub stop: &'a Stop,
     pub view: ProgressView,
+    /// The time between pictures, where the user chose it.
+    pub interval: Option<Duration>,
 }
 
 impl Watcher<'_> {
@@ -31,14 +32,18 @@ impl Watcher<'_> {
         self.spent.wall + self.start.elapsed()
     }
 
-    /// Writes the preview, and the image unless it is the one that was read.
-    pub fn write(&self, session: &Session, changed: bool) -> Result<Snapshot> {
-        let snapshot = Snapshot::take(session, self.plan, self.data_hash, self.wall())?;
-        if changed {
-            write_exr(self.output, &snapshot.picture)?;
-        }
-        write_png(self.preview, &snapshot.picture, &self.tonemap)?;
+    /// Writes the last picture: its preview, and the image if it `changed` since it was read.
+    ///
+    /// # Errors
+    /// [`crate::Error::Failed`] when the device fails or the files cannot be written.
+    pub fn finish(&mut self, session: &Session, changed: bool) -> Result<Snapshot> {
+        let snapshot = self.take(session)?;
+        self.target.finish(&snapshot.picture, &self.tonemap, changed)?;
         Ok(snapshot)
+    }
+
+    fn take(&self, session: &Session) -> Result<Snapshot> {
+        Snapshot::take(session, self.plan, self.data_hash, self.wall())
     }
 
     /// How much of the render is done, by the rule that is nearest to its end.
@@ -66,7 +71,13 @@ impl Observer for Watcher<'_> {
     }
 
     fn snapshot(&mut self, session: &Session) -> Result<()> {
-        self.write(session, true).map(drop)
+        let snapshot = self.take(session)?;
+        self.target.update(&snapshot.picture, &self.tonemap);
+        Ok(())
+    }
+
+    fn interval(&self) -> Option<Duration> {
+        self.interval
     }
 
     fn interrupted(&self) -> bool {

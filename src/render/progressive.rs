@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 /// The first snapshot is due after this time, so that a wrong scene is seen early.
 const FIRST_SNAPSHOT: Duration = Duration::from_secs(1);
-/// Later ones at this interval, or longer when writing them is slow.
+/// Later ones at this interval unless the user chose one, or longer when writing them is slow.
 const SNAPSHOT_INTERVAL: Duration = Duration::from_secs(5);
 /// Share of the time that snapshots may take: one part in this.
 const SNAPSHOT_SHARE: u32 = 20;
@@ -42,10 +42,14 @@ pub trait Observer {
     /// Called when a picture of the state so far should be written.
     ///
     /// # Errors
-    /// Whatever keeps the picture from being written; it ends the render.
+    /// Whatever must end the render. A picture that cannot be written now need not: the next one may.
     fn snapshot(&mut self, session: &Session) -> Result<()>;
     /// Whether to stop now.
     fn interrupted(&self) -> bool;
+    /// The time between snapshots, if the user has chosen it; they take a twentieth of the time at most all the same.
+    fn interval(&self) -> Option<Duration> {
+        None
+    }
 }
 
 /// Where a render stands.
@@ -75,7 +79,7 @@ pub fn run(
     let limit = stop.samples.map_or(u32::MAX, |samples| u32::try_from(samples).unwrap_or(u32::MAX));
     let target = if plan.is_deterministic() { 1 } else { limit };
     let mut error = None;
-    let mut next_snapshot = start + FIRST_SNAPSHOT;
+    let mut next_snapshot = start + observer.interval().unwrap_or(FIRST_SNAPSHOT);
     loop {
         let progress = session.progress();
         if progress.samples >= target {
@@ -117,7 +121,8 @@ pub fn run(
         {
             let begin = Instant::now();
             observer.snapshot(session)?;
-            next_snapshot = Instant::now() + SNAPSHOT_INTERVAL.max(begin.elapsed() * SNAPSHOT_SHARE);
+            let interval = observer.interval().unwrap_or(SNAPSHOT_INTERVAL);
+            next_snapshot = Instant::now() + interval.max(begin.elapsed() * SNAPSHOT_SHARE);
         }
     }
 }
