@@ -56,8 +56,8 @@ pub struct RenderArgs {
     /// total then, --error that of the whole, --time that of this run. Without an image there, start anew.
     #[arg(long)]
     resume: bool,
-    /// Rewrite the image and its preview this often, such as 10m; less often where that takes more than a twentieth of
-    /// the time [default: after 1s, then every 5s].
+    /// Rewrite the image and its preview after this time, and again and again, such as 10m [default: after 1s, then every
+    /// 5s, or less often where that would take more than a twentieth of the time].
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     snapshot: Option<Duration>,
     /// Write the light volume (hybrid-diffusion, convection-diffusion) to this file, too.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 /// The first snapshot is due after this time, so that a wrong scene is seen early.
 const FIRST_SNAPSHOT: Duration = Duration::from_secs(1);
-/// Later ones at this interval unless the user chose one, or longer when writing them is slow.
+/// Later ones at this interval, or longer when writing them is slow.
 const SNAPSHOT_INTERVAL: Duration = Duration::from_secs(5);
 /// Share of the time that snapshots may take: one part in this.
 const SNAPSHOT_SHARE: u32 = 20;
@@ -46,7 +46,7 @@ pub trait Observer {
     fn snapshot(&mut self, session: &Session) -> Result<()>;
     /// Whether to stop now.
     fn interrupted(&self) -> bool;
-    /// The time between snapshots, if the user has chosen it; they take a twentieth of the time at most all the same.
+    /// The time from one snapshot to the next, if the user has chosen it.
     fn interval(&self) -> Option<Duration> {
         None
     }
@@ -121,8 +121,8 @@ pub fn run(
         {
             let begin = Instant::now();
             observer.snapshot(session)?;
-            let interval = observer.interval().unwrap_or(SNAPSHOT_INTERVAL);
-            next_snapshot = Instant::now() + interval.max(begin.elapsed() * SNAPSHOT_SHARE);
+            let usual = || SNAPSHOT_INTERVAL.max(begin.elapsed() * SNAPSHOT_SHARE);
+            next_snapshot = Instant::now() + observer.interval().unwrap_or_else(usual);
         }
     }
 }

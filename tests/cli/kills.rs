@@ -25,13 +25,13 @@ light = [{ kind = "point", position = [1, -1, 3], intensity = 5 }]
 method = { kind = "caustics", photons = 2048, radius = 0.1 }
 "#;
 
-/// Scene, overrides, and samples that take about a second.
+/// Scene, overrides, and samples that take about half a second on two cores.
 type Render = (&'static str, &'static [&'static str], &'static str);
 const RENDERS: [Render; 4] = [
-    (SCENE, &[], "20000"),
-    (SCENE, &[SCATTERING, MEDIUM, SUN, AUXILIARY], "6000"),
-    (CAUSTICS, &[], "60"),
-    (SCENE, &[HYBRID, MEDIUM, SUN], "10000"),
+    (SCENE, &[], "6000"),
+    (SCENE, &[SCATTERING, MEDIUM, SUN, AUXILIARY], "1000"),
+    (CAUSTICS, &[], "30"),
+    (SCENE, &[HYBRID, MEDIUM, SUN], "3000"),
 ];
 
 /// Numbers in [0, 1): the same moments in every run, as far as the machine is as quick.
