@@ -117,18 +117,25 @@ fn bits(picture: &Picture) -> BTreeMap<&str, Vec<u32>> {
 /// All pixels and states are the same bits, and so is all that the header says but times, and how launches were cut.
 fn assert_same(resumed: &Picture, whole: &Picture) {
     assert!(bits(resumed) == bits(whole), "pixels differ");
-    let paths: f64 = whole.metadata.get("svetlo.paths").map_or(0.0, |paths| paths.parse().unwrap());
+    let number = |picture: &Picture, key: &str| -> f64 {
+        picture.metadata.get(key).map_or(0.0, |text| text.parse().expect("a number"))
+    };
+    let sums = ["paths", "photons_emitted", "bounced_emitted"];
+    let sums: f64 = sums.iter().map(|key| number(whole, &format!("svetlo.{key}"))).sum();
     let keys = |picture: &Picture| picture.metadata.keys().cloned().collect::<Vec<_>>();
     assert_eq!(keys(resumed), keys(whole));
+    let assert_near = |key: &str| {
+        let (a, b) = (number(resumed, key), number(whole, key));
+        assert!((a - b).abs() <= f64::from(f32::EPSILON) * sums, "{key}: {a} {b}");
+    };
     for (key, value) in &whole.metadata {
         let other = &resumed.metadata[key];
         match key.trim_start_matches("svetlo.") {
             "seconds_wall" | "seconds_device" | "seconds_build" | "launches" => {}
-            // Each sample's sum is rounded to float32 when it is added.
-            "escaped" | "absorbed" | "cut" | "gained" => {
-                let [a, b] = [value, other].map(|text| text.parse::<f64>().unwrap());
-                assert!((a - b).abs() <= f64::from(f32::EPSILON) * paths, "{key}: {value} {other}");
-            }
+            // Weights of paths and fluxes of photons are summed as pairs of float32, to which sums of launches are added
+            // that are rounded to float32: how launches were cut shows in the last digits.
+            "escaped" | "absorbed" | "cut" | "gained" => assert_near(key),
+            flux if flux.starts_with("photons_") || flux.starts_with("bounced_") => assert_near(key),
             _ => assert_eq!(value, other, "{key}"),
         }
     }
