@@ -14,6 +14,7 @@ mod render;
 mod selftest;
 mod stderr;
 mod summary;
+mod target;
 mod watcher;
 
 use crate::metrics::command::CompareArgs;

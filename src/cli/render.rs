@@ -5,13 +5,14 @@ use super::output::{check_inputs_survive, output_paths};
 use super::progress::ProgressView;
 use super::stderr::say;
 use super::summary::Summary;
+use super::target::Target;
 use super::watcher::Watcher;
 use super::{load_scene, outlive_file_size_limit, pretty, print_line};
 use crate::config::formats::{parse_duration, parse_percentage};
 use crate::crew::Crew;
 use crate::device::{Catalog, Device, DeviceInfo};
 use crate::irradiance::LightData;
-use crate::picture::check_writable;
+use crate::picture::{check_writable, remove_leftovers};
 use crate::render::{
     BRICK_SHIFT, Ended, Plan, Rendering, Saved, SceneData, Session, Spent, announced_memory, data_hash,
     method_name, preview_tonemap, run as run_progressive,
@@ -57,6 +58,10 @@ pub struct RenderArgs {
     /// total then, --error that of the whole, --time that of this run. Without an image there, start anew.
     #[arg(long)]
     resume: bool,
+    /// Rewrite the image and its preview after this time, and again and again, such as 10m [default: after 1s, then every
+    /// 5s, or less often where that would take more than a twentieth of the time].
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    snapshot: Option<Duration>,
     /// Write the light volume (hybrid-diffusion, convection-diffusion) to this file, too.
     #[arg(long, value_name = "LIGHT.nrrd", conflicts_with = "load_light")]
     save_light: Option<PathBuf>,
@@ -92,6 +97,7 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
         }
     }
     check_light_files(arguments, &scene)?;
+    remove_leftovers(&outputs[0]);
     let interrupt = watch_interrupt()?;
     let catalog = Catalog::enumerate();
     let infos = catalog.select_several(&selectors(arguments))?;
@@ -211,14 +217,14 @@ impl Job<'_> {
             plan,
             data_hash,
             spent: spent.unwrap_or_default(),
-            output,
-            preview: &preview,
+            target: Target::new(output, &preview),
             tonemap: preview_tonemap(&plan.scene.film),
             start,
             interrupt: Arc::clone(&self.interrupt),
             stop: &stop,
             view: ProgressView::new(arguments.quiet),
             quiet: arguments.quiet,
+            interval: arguments.snapshot,
         };
         let ended = run_progressive(session, plan, &stop, &mut watcher);
         watcher.view.finish();
@@ -229,7 +235,7 @@ impl Job<'_> {
             return Err(Error::Interrupted);
         }
         let added = session.progress().samples != begun.samples || session.progress().tiles != begun.tiles;
-        let snapshot = watcher.write(session, added)?;
+        let snapshot = watcher.finish(session, added)?;
         self.keep_light(session, plan, data_hash)?;
         let summary = Summary {
             scene: &arguments.scene,
@@ -243,15 +249,17 @@ impl Job<'_> {
             resumed: spent,
             added,
         };
+        let mut printed = Ok(());
         if arguments.json {
             self.reports.push(summary.json());
             if !arguments.quiet {
                 summary.warn();
             }
         } else {
-            summary.print(arguments.quiet)?;
+            printed = summary.print(arguments.quiet);
         }
-        summary.outcome()
+        // After the end of the terminal, stdout takes nothing: the interrupt is the reason then.
+        summary.outcome().and(printed)
     }
 
     /// Reads the light volume that is to be taken from a file, if that is asked for.

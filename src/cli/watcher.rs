@@ -2,11 +2,11 @@
 
 use super::progress::ProgressView;
 use super::stderr::say;
+use super::target::Target;
 use crate::Result;
-use crate::picture::{Tonemap, write_exr, write_png};
+use crate::picture::Tonemap;
 use crate::render::{Observer, Plan, Rendering, Snapshot, Spent, Status};
 use crate::scene::Stop;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -14,8 +14,7 @@ use std::time::{Duration, Instant};
 /// One picture on its way.
 pub(super) struct Watcher<'a> {
     pub plan: &'a Plan<'a>,
-    pub output: &'a Path,
-    pub preview: &'a Path,
+    pub target: Target,
     pub data_hash: &'a str,
     /// What the runs before this one took.
     pub spent: Spent,
@@ -25,6 +24,8 @@ pub(super) struct Watcher<'a> {
     pub stop: &'a Stop,
     pub view: ProgressView,
     pub quiet: bool,
+    /// The time between pictures, where the user chose it.
+    pub interval: Option<Duration>,
 }
 
 impl Watcher<'_> {
@@ -33,14 +34,18 @@ impl Watcher<'_> {
         self.spent.wall + self.start.elapsed()
     }
 
-    /// Writes the preview, and the image unless it is the one that was read.
-    pub fn write(&self, session: &dyn Rendering, changed: bool) -> Result<Snapshot> {
-        let snapshot = Snapshot::take(session, self.plan, self.data_hash, self.wall())?;
-        if changed {
-            write_exr(self.output, &snapshot.picture)?;
-        }
-        write_png(self.preview, &snapshot.picture, &self.tonemap)?;
+    /// Writes the last picture: its preview, and the image if it `changed` since it was read.
+    ///
+    /// # Errors
+    /// [`crate::Error::Failed`] when the device fails or the files cannot be written.
+    pub fn finish(&mut self, session: &dyn Rendering, changed: bool) -> Result<Snapshot> {
+        let snapshot = self.take(session)?;
+        self.target.finish(&snapshot.picture, &self.tonemap, changed)?;
         Ok(snapshot)
+    }
+
+    fn take(&self, session: &dyn Rendering) -> Result<Snapshot> {
+        Snapshot::take(session, self.plan, self.data_hash, self.wall())
     }
 
     /// How much of the render is done, by the rule that is nearest to its end.
@@ -68,7 +73,13 @@ impl Observer for Watcher<'_> {
     }
 
     fn snapshot(&mut self, session: &dyn Rendering) -> Result<()> {
-        self.write(session, true).map(drop)
+        let snapshot = self.take(session)?;
+        self.target.update(&snapshot.picture, &self.tonemap);
+        Ok(())
+    }
+
+    fn interval(&self) -> Option<Duration> {
+        self.interval
     }
 
     fn note(&mut self, text: &str) {

@@ -3,6 +3,9 @@
 //! The new content goes to a temporary file in the folder of the target (only there is a rename
 //! atomic), is synced to the disk and then renamed over the target. Whatever fails before the
 //! rename, the old file is as it was and the temporary file is removed.
+//!
+//! A process that is killed leaves its temporary file behind. Its writer holds a lock on it, which
+//! ends with the process: what nobody holds is a leftover ([`remove_leftovers`]).
 
 use std::{
     fs::{self, File},
@@ -13,6 +16,10 @@ use std::{
 use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
+
+/// What the names of temporary files begin and end with. Not with the target's name: with something
+/// added it may exceed what the file system takes.
+const NAME: [&str; 2] = [".svetlo-", ".part"];
 
 /// Writes a file atomically: `write` fills a temporary file, which then replaces `path`.
 ///
@@ -40,6 +47,19 @@ pub fn check_writable(path: &Path) -> Result<()> {
         .map_err(|cause| Error::Input(explain(path, &cause)))
 }
 
+/// Removes what killed writers left in the folder of `path`. Files that a living process writes,
+/// here or on another machine, stay; so does everything where the file system knows no locks.
+pub fn remove_leftovers(path: &Path) {
+    let Ok(entries) = fs::read_dir(folder_of(path)) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let is_ours = name.to_str().is_some_and(|name| name.starts_with(NAME[0]) && name.ends_with(NAME[1]));
+        if is_ours && entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            lock::remove_abandoned(&entry.path());
+        }
+    }
+}
+
 fn replace<F>(path: &Path, write: F) -> io::Result<()>
 where
     F: FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -50,9 +70,10 @@ where
     write(&mut buffered)?;
     let file = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.sync_all()?;
-    // Some systems refuse to rename a file that is open.
-    drop(file);
+    // The lock ends with the file, so it stays open; other systems refuse to rename an open file.
+    let held = cfg!(unix).then_some(file);
     temporary.persist(&target).map_err(|failed| failed.error)?;
+    drop(held);
     sync_folder(&target);
     Ok(())
 }
@@ -82,19 +103,63 @@ fn folder_of(target: &Path) -> &Path {
     }
 }
 
-/// An empty temporary file beside `target`, with the mode the target has or would get.
+/// An empty temporary file beside `target`, locked, with the mode the target has or would get.
 fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    // Not the target's name: with something added it may exceed what the file system takes.
-    builder.prefix(".svetlo-").suffix(".part");
+    builder.prefix(NAME[0]).suffix(NAME[1]);
     // tempfile's private 0600 would make every result unreadable to colleagues.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(folder_of(target)).map_err(without_path)?;
+    let mut file = builder.tempfile_in(folder_of(target)).map_err(without_path)?;
+    // Once more where a sweep was quicker; not for ever, for file systems may say anything.
+    if !lock::hold(file.as_file()) {
+        file = builder.tempfile_in(folder_of(target)).map_err(without_path)?;
+        lock::hold(file.as_file());
+    }
     if let Ok(old) = fs::metadata(target) {
         file.as_file().set_permissions(old.permissions())?;
     }
     Ok(file)
+}
+
+/// Locks that end with their process, however it ends.
+#[cfg(unix)]
+mod lock {
+    use rustix::{
+        fs::{FlockOperation::NonBlockingLockExclusive, flock},
+        io::Errno,
+    };
+    use std::{fs, os::unix::fs::MetadataExt, path::Path};
+
+    /// Locks a new file; `false` where another process took it for a leftover in the moment before.
+    pub fn hold(file: &fs::File) -> bool {
+        // Some file systems have no locks: there nobody takes it.
+        flock(file, NonBlockingLockExclusive) != Err(Errno::WOULDBLOCK)
+            && file.metadata().is_ok_and(|found| found.nlink() > 0)
+    }
+
+    /// Removes a file that nobody has locked.
+    pub fn remove_abandoned(path: &Path) {
+        // NFS locks only what is open for writing.
+        if let Ok(file) = fs::OpenOptions::new().write(true).open(path)
+            && flock(&file, NonBlockingLockExclusive).is_ok()
+        {
+            // Before the lock ends.
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+/// Without locks nothing is known to be abandoned.
+#[cfg(not(unix))]
+mod lock {
+    use std::{fs::File, path::Path};
+
+    pub fn hold(_: &File) -> bool {
+        true
+    }
+
+    pub fn remove_abandoned(_: &Path) {}
 }
 
 /// `tempfile` adds the random name of its file to the message, which tells the user nothing.
@@ -207,6 +272,52 @@ mod tests {
         check_writable(&folder.path().join("out.exr")).unwrap();
         assert_eq!(entries(folder.path()), 0);
         assert_eq!(folder_of(Path::new("out.exr")), Path::new("."));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn leftovers_are_removed_and_files_in_work_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.bin");
+        for name in [".svetlo-dead.part", ".svetlo-dead.exr", "svetlo-x.part"] {
+            fs::write(folder.path().join(name), b"x").unwrap();
+        }
+        fs::create_dir(folder.path().join(".svetlo-folder.part")).unwrap();
+        write_atomically(&path, |file| {
+            assert_eq!(entries(folder.path()), 5);
+            // Twice: a sweep must not loosen the lock.
+            remove_leftovers(&path);
+            remove_leftovers(&path);
+            assert_eq!(entries(folder.path()), 4);
+            file.write_all(b"whole")
+        })
+        .unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"whole");
+        assert_eq!(entries(folder.path()), 4);
+    }
+
+    /// Writers and sweeps at the same time, as of many processes: a lock belongs to an open file, not to a process.
+    #[cfg(unix)]
+    #[test]
+    fn sweeps_never_disturb_writers() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.bin");
+        std::thread::scope(|scope| {
+            let writers = [b'a', b'b'].map(|byte| {
+                let path = &path;
+                scope.spawn(move || {
+                    for _ in 0..100 {
+                        write_atomically(path, |file| file.write_all(&[byte; 9])).unwrap();
+                        let read = fs::read(path).unwrap();
+                        assert!(read == [b'a'; 9] || read == [b'b'; 9], "{read:?}");
+                    }
+                })
+            });
+            while writers.iter().any(|writer| !writer.is_finished()) {
+                remove_leftovers(&path);
+            }
+        });
+        assert_eq!(entries(folder.path()), 1);
     }
 
     #[cfg(unix)]

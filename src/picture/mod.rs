@@ -11,7 +11,7 @@ mod png;
 mod tonemap;
 mod types;
 
-pub use atomic::{check_writable, write_atomically};
+pub use atomic::{check_writable, remove_leftovers, write_atomically};
 pub use environment::{Environment, MAX_TEXELS};
 pub use exr::{MAX_BYTES, MAX_PIXELS, read_exr, write_exr};
 pub use png::{read_png, write_png, write_png_rgb8};

@@ -43,12 +43,16 @@ pub trait Observer {
     /// Called when a picture of the state so far should be written.
     ///
     /// # Errors
-    /// Whatever keeps the picture from being written; it ends the render.
+    /// Whatever must end the render. A picture that cannot be written now need not: the next one may.
     fn snapshot(&mut self, session: &dyn Rendering) -> Result<()>;
     /// Called with what the user should know.
     fn note(&mut self, _text: &str) {}
     /// Whether to stop now.
     fn interrupted(&self) -> bool;
+    /// The time from one snapshot to the next, if the user has chosen it.
+    fn interval(&self) -> Option<Duration> {
+        None
+    }
 }
 
 /// Where a render stands.
@@ -78,7 +82,7 @@ pub fn run(
     let limit = stop.samples.map_or(u32::MAX, |samples| u32::try_from(samples).unwrap_or(u32::MAX));
     let target = if plan.is_deterministic() { 1 } else { limit };
     let mut error = None;
-    let mut next_snapshot = start + FIRST_SNAPSHOT;
+    let mut next_snapshot = start + observer.interval().unwrap_or(FIRST_SNAPSHOT);
     loop {
         let progress = session.progress();
         if progress.samples >= target {
@@ -121,7 +125,8 @@ pub fn run(
         {
             let begin = Instant::now();
             observer.snapshot(session)?;
-            next_snapshot = Instant::now() + SNAPSHOT_INTERVAL.max(begin.elapsed() * SNAPSHOT_SHARE);
+            let usual = || SNAPSHOT_INTERVAL.max(begin.elapsed() * SNAPSHOT_SHARE);
+            next_snapshot = Instant::now() + observer.interval().unwrap_or_else(usual);
         }
     }
 }

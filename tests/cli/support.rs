@@ -48,6 +48,14 @@ impl Folder {
         folder
     }
 
+    /// The same in memory where the system has a place for that: syncing to a disk that others use may take seconds.
+    pub fn in_memory() -> Self {
+        let folder = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir());
+        let folder = Self(folder.expect("a temporary folder"));
+        folder.write("scene.toml", SCENE);
+        folder
+    }
+
     /// A file in the folder.
     pub fn path(&self, name: impl AsRef<std::path::Path>) -> PathBuf {
         self.0.path().join(name)
@@ -102,8 +110,13 @@ pub fn run(command: &mut Command) -> Ran {
 
 /// Sends Ctrl-C.
 pub fn interrupt(child: &Child) {
-    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill exists");
-    assert!(status.success());
+    signal(child, "INT");
+}
+
+/// Sends a signal, such as `TERM`.
+pub fn signal(child: &Child, name: &str) {
+    let status = Command::new("kill").args(["-s", name, &child.id().to_string()]).status();
+    assert!(status.expect("kill exists").success());
 }
 
 /// Waits until `done` holds; fails after half a minute.
