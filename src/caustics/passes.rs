@@ -8,8 +8,8 @@ use super::{
 };
 use crate::Result;
 use crate::device::{Arg, Buffer, Device, LAUNCH_TARGET, Pacer};
-use crate::render::Plan;
 use crate::render::caustics::CausticsSetup;
+use crate::render::{Plan, Share};
 use crate::surfaces::SurfaceBuffers;
 use serde::Serialize;
 use std::sync::Arc;
@@ -40,8 +40,10 @@ pub struct PassFacts {
     pub order_seconds: f64,
 }
 
-/// The photons of one sample after another.
+/// The photons of one sample after another. Passes are counted from 0; in a part of a picture, they are those of its
+/// samples.
 pub struct Passes {
+    share: Share,
     surfaces: Arc<SurfaceBuffers>,
     tracer: PhotonTracer,
     map: PhotonMap,
@@ -54,7 +56,7 @@ pub struct Passes {
     /// The pass that the map holds.
     mapped: Option<u32>,
     pacer: Pacer,
-    /// Of the first passes of the picture.
+    /// Of the first passes.
     ledger: PassLedger,
     /// What the tracer has entered up to the pass before.
     entered: (PhotonLedger, BouncedLedger),
@@ -113,6 +115,7 @@ impl Passes {
             entered: Default::default(),
             facts: PassFacts { photons: tracer.capacity(), ..PassFacts::default() },
             tracer,
+            share: plan.share(),
         })
     }
 
@@ -135,16 +138,17 @@ impl Passes {
             self.traced = (pass, 0);
         }
         let (_, done) = self.traced;
+        let number = self.share.sample(pass);
         let left = self.tracer.capacity() - done;
         if left > 0 {
             let count = u32::try_from(self.pacer.next(1 << 14)).unwrap_or(u32::MAX).min(left);
-            let elapsed = self.tracer.trace(device, pass, done, count)?;
+            let elapsed = self.tracer.trace(device, number, done, count)?;
             self.pacer.measured(u64::from(count), elapsed);
             self.facts.trace_seconds += elapsed.as_secs_f64();
             self.traced.1 += count;
             return Ok(());
         }
-        let radius = pass_radius(self.radius, self.alpha, pass);
+        let radius = pass_radius(self.radius, self.alpha, number);
         let map = self.map.build(device, self.tracer.photons(), done as usize, radius as f32)?;
         self.mapped = Some(pass);
         self.note(&map, radius);

@@ -12,6 +12,7 @@ mod examples;
 mod interrupt;
 mod light;
 mod output;
+mod parts;
 mod resume;
 mod scattering;
 mod selftest;
