@@ -154,9 +154,9 @@ fn stop_rules_are_those_of_the_whole() {
 #[test]
 fn a_part_is_resumed_as_that_part_alone() {
     let folder = Folder::new();
-    let resume = |more: &[&str]| {
+    fn resume<'a>(more: &[&'a str]) -> Vec<&'a str> {
         [&["render", "scene.toml", "--resume", "--quiet", "--samples", "12", "-o", "a.exr"], more].concat()
-    };
+    }
     part(&folder, "2/3", &["--samples", "6", "-o", "a.exr"]);
     part(&folder, "2/3", &["--samples", "12", "-o", "b.exr"]);
     refuses(&folder, &resume(&[]), "it is part 2/3 of a picture, not a whole one: --part 2/3 continues it");
@@ -248,7 +248,7 @@ fn what_a_header_or_a_channel_says_is_checked() {
         ("seconds_wall", Some("-1"), "svetlo.seconds_wall in its header is -1, not a time"),
         ("preview", None, "svetlo.preview in its header"),
         ("unit", None, "its header lacks svetlo.unit"),
-        ("state_hash", None, "some were changed or are missing"),
+        ("state_hash", None, "its channels are not as svetlo wrote them"),
     ] {
         with(key, value);
         does_not_fit(&folder, needle);
