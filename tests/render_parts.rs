@@ -157,9 +157,13 @@ fn counts(ledger: &PathLedger) -> [u64; 5] {
 
 #[test]
 fn three_parts_are_the_whole() {
-    for (name, text) in
-        [("emission", emission_absorption()), ("scattering", scattering()), ("caustics", caustics())]
-    {
+    for (name, text) in [
+        ("emission", emission_absorption()),
+        ("scattering", scattering()),
+        ("caustics", caustics()),
+        ("mip", method("kind = \"mip\"")),
+        ("isosurface", method("kind = \"isosurface\"\nvalue = 0.3")),
+    ] {
         let case = Case::new(&text);
         let whole = case.whole();
         let merged = merge(&case.parts(3)).unwrap();

@@ -62,9 +62,9 @@ pub struct RenderArgs {
     /// rules alone.
     #[arg(long, value_name = "LIGHT.nrrd")]
     load_light: Option<PathBuf>,
-    /// Render part I of N: every N-th sample, from the I-th on, as a picture of its own for `svetlo merge`. --samples and
-    /// --error are those of the whole: of --samples S, this part renders its share, and --error is reached when N parts
-    /// like this one would. [default output: the scene's name with .I-of-N.exr]
+    /// Render part I of N, for `svetlo merge` to add up: the samples I, I + N, I + 2N … of the picture, as a picture of its
+    /// own. --samples and --error stay those of the whole picture: a part stops with its share of the samples, or where N
+    /// parts like it have that error together. [default output: the scene's name with .I-of-N.exr]
     #[arg(long, value_name = "I/N", value_parser = clap::value_parser!(Share))]
     part: Option<Share>,
     /// Print nothing but errors.
