@@ -288,7 +288,8 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
 #endif
     uint4 keys = philox4x32((uint4)((uint)pixel, 0u, 0u, 0u), s.seed);
     struct FilmPixel accumulated = film[pixel];
-    for (uint index = first_sample; index < first_sample + sample_count; ++index) {
+    for (uint turn = first_sample; turn < first_sample + sample_count; ++turn) {
+        uint index = frame_sample(frame, turn);
         s.index = index;
         s.draws = 0u;
         s.looked_at = 0u;

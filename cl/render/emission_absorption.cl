@@ -28,7 +28,8 @@ __kernel void render_emission_absorption(__constant struct Frame *frame, __const
     uint2 seed = (uint2)(frame->seed_low, frame->seed_high);
     uint4 keys = philox4x32((uint4)((uint)pixel, 0u, 0u, 0u), seed);
     struct FilmPixel accumulated = film[pixel];
-    for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
+    for (uint turn = first_sample; turn < first_sample + sample_count; ++turn) {
+        uint sample = frame_sample(frame, turn);
         struct CameraRay ray = camera_ray(camera, (uint)pixel, sample, keys);
         struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
         struct Gathered g = gathered_nothing();

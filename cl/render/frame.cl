@@ -1,4 +1,4 @@
-// Which pixel a work-item renders.
+// Which pixel a work-item renders, and which of its samples.
 #include "common/inline.cl"
 #include "types/frame.cl"
 
@@ -18,4 +18,9 @@ INLINE int frame_pixel(uint width, uint height, uint first_tile, uint tile_count
     uint x = ((tile % tiles_per_row) << TILE_SHIFT) + (in_tile & ((1u << TILE_SHIFT) - 1));
     uint y = ((tile / tiles_per_row) << TILE_SHIFT) + (in_tile >> TILE_SHIFT);
     return x < width && y < height ? (int)(y * width + x) : -1;
+}
+
+// The number in the whole picture of the sample that is number `turn` of this render, which may be a part of it.
+INLINE uint frame_sample(__constant struct Frame *frame, uint turn) {
+    return frame->sample_first + turn * frame->sample_stride;
 }

@@ -119,7 +119,8 @@ __kernel void render_isosurface(__constant struct Frame *frame, __constant struc
     }
     uint4 keys = philox4x32((uint4)((uint)pixel, 0u, 0u, 0u), (uint2)(frame->seed_low, frame->seed_high));
     struct FilmPixel accumulated = film[pixel];
-    for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
+    for (uint turn = first_sample; turn < first_sample + sample_count; ++turn) {
+        uint sample = frame_sample(frame, turn);
         struct CameraRay ray = camera_ray(camera, (uint)pixel, sample, keys);
         struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
         uint lookups = 0;

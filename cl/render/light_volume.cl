@@ -33,7 +33,8 @@ __kernel void render_light_volume(__constant struct Frame *frame, __constant str
     lit.flow = flow;
 #endif
     struct FilmPixel accumulated = film[pixel];
-    for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
+    for (uint turn = first_sample; turn < first_sample + sample_count; ++turn) {
+        uint sample = frame_sample(frame, turn);
         struct CameraRay ray = camera_ray(camera, (uint)pixel, sample, keys);
         struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
         struct Gathered g = gathered_nothing();

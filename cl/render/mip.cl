@@ -48,7 +48,8 @@ __kernel void render_mip(__constant struct Frame *frame, __constant struct Camer
     struct FilmPixel accumulated = film[pixel];
     // The file's slope may be negative: then the largest value is the smallest stored one, and everything is negated.
     bool turned = volume->value_scale < 0.0f;
-    for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
+    for (uint turn = first_sample; turn < first_sample + sample_count; ++turn) {
+        uint sample = frame_sample(frame, turn);
         struct CameraRay ray = camera_ray(camera, (uint)pixel, sample, keys);
         struct GridRay grid = grid_ray(volume, ray.origin, ray.direction, ray.t_min);
         uint lookups = 0;

@@ -200,7 +200,8 @@ __kernel void render_scattering(__constant struct Frame *frame, __constant struc
     size_t account = PIXELS == 1 ? ((size_t)tile << (2 * TILE_SHIFT)) + (item & 63u) : tile;
     bool sees = tile_sees[tile];
     struct Sample sums;
-    for (uint sample = first_sample; sample < first_sample + sample_count; ++sample) {
+    for (uint turn = first_sample; turn < first_sample + sample_count; ++turn) {
+        uint sample = frame_sample(frame, turn);
         struct Tally tally = empty_tally();
 #ifdef AUXILIARY
         tally.notes = sums.notes;

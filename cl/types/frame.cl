@@ -12,5 +12,9 @@ struct Frame {
     float gradient_scale;   // gradient of the value (in entries) per local unit -> row of the table
     uint rectangle_count;   // the first lights are rectangles
     float environment_pick; // probability with which light_sample picks the environment map; 0 = never
+    uint sample_first;      // number of the render's first sample: 0 but for parts of pictures
+    uint sample_stride;     // ... and from each to the next: 1
     uint pad_0;
+    uint pad_1;
+    uint pad_2;
 };

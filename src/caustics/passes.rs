@@ -8,8 +8,8 @@ use super::{
 };
 use crate::Result;
 use crate::device::{Arg, Buffer, Device, LAUNCH_TARGET, Pacer};
-use crate::render::Plan;
 use crate::render::caustics::{BouncedSetup, CausticsSetup};
+use crate::render::{Plan, Share};
 use crate::surfaces::SurfaceBuffers;
 use serde::Serialize;
 use std::ops::Range;
@@ -109,8 +109,10 @@ impl Gathered {
     }
 }
 
-/// The photons of one sample after another.
+/// The photons of one sample after another. Passes are counted from 0; in a part of a picture, they are those of its
+/// samples.
 pub struct Passes {
+    share: Share,
     surfaces: Arc<SurfaceBuffers>,
     tracer: PhotonTracer,
     /// Photons that end at the first diffuse surface.
@@ -124,7 +126,7 @@ pub struct Passes {
     /// The pass that the maps hold.
     mapped: Option<u32>,
     pacer: Pacer,
-    /// Of the first passes of the picture.
+    /// Of the first passes.
     ledger: PassLedger,
     /// What the tracer has entered up to the pass before.
     entered: (PhotonLedger, BouncedLedger),
@@ -187,6 +189,7 @@ impl Passes {
             entered: Default::default(),
             facts: PassFacts { photons: tracer.capacity(), ..PassFacts::default() },
             tracer,
+            share: plan.share(),
         })
     }
 
@@ -209,16 +212,17 @@ impl Passes {
             self.traced = (pass, 0);
         }
         let (_, done) = self.traced;
+        let number = self.share.sample(pass);
         let left = self.tracer.capacity() - done;
         if left > 0 {
             let count = u32::try_from(self.pacer.next(1 << 14)).unwrap_or(u32::MAX).min(left);
-            let elapsed = self.tracer.trace(device, pass, done, count)?;
+            let elapsed = self.tracer.trace(device, number, done, count)?;
             self.pacer.measured(u64::from(count), elapsed);
             self.facts.trace_seconds += elapsed.as_secs_f64();
             self.traced.1 += count;
             return Ok(());
         }
-        self.map(device, pass)?;
+        self.map(device, number)?;
         self.mapped = Some(pass);
         let entered = (self.tracer.ledger(device)?, self.tracer.bounced(device)?);
         // A pass that an earlier run began is there already.
@@ -231,14 +235,15 @@ impl Passes {
         Ok(())
     }
 
-    fn map(&mut self, device: &Device, pass: u32) -> Result<()> {
+    /// Makes the maps of the photons of a sample.
+    fn map(&mut self, device: &Device, number: u32) -> Result<()> {
         let Self { caustics, bounced, tracer, alpha, unit, facts, .. } = self;
-        let (map, radius) = caustics.build(device, tracer, *alpha, pass)?;
+        let (map, radius) = caustics.build(device, tracer, *alpha, number)?;
         facts.passes += 1;
         facts.add_times(&map);
         (facts.mapped, facts.cells, facts.radius) = (map.valid, map.cells, radius * *unit);
         if let Some(bounced) = bounced {
-            let (map, radius) = bounced.build(device, tracer, *alpha, pass)?;
+            let (map, radius) = bounced.build(device, tracer, *alpha, number)?;
             facts.add_times(&map);
             (facts.bounced_mapped, facts.bounced_cells) = (map.valid, map.cells);
             facts.bounce_radius = radius * *unit;

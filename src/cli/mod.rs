@@ -7,6 +7,7 @@ mod energy;
 mod interrupt;
 mod ladder;
 mod light;
+mod merge;
 mod output;
 mod photons;
 mod progress;
@@ -39,6 +40,8 @@ struct Arguments {
 enum Command {
     /// Render a scene to an EXR image and a PNG preview.
     Render(render::RenderArgs),
+    /// Add up parts of one picture that `render --part` rendered, anywhere: an image and its preview.
+    Merge(merge::MergeArgs),
     /// Validate a scene and print the plan: features, memory per device, launches.
     Check(check::CheckArgs),
     /// List OpenCL platforms and devices, and the selector that picks each.
@@ -85,6 +88,7 @@ fn message(error: &Error) -> String {
 fn run(command: Command) -> Result<()> {
     match command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Selftest(arguments) => selftest::run(&arguments),

@@ -1,20 +1,32 @@
 //! Where `svetlo render` writes, and that it overwrites nothing it reads.
 
+use crate::render::Share;
 use crate::scene::{Background, Scene, SurfaceShape, Table2d, Transfer, VolumeSource};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// `-o`, or the scene's name with `.exr` in the current folder.
+/// `-o`, or the scene's name with `.exr` in the current folder; with `.2-of-8.exr` for a part.
 ///
 /// # Errors
 /// [`Error::Input`] when `-o` does not end in `.exr`.
-pub fn output_path(scene: &Path, given: Option<&Path>) -> Result<PathBuf> {
+pub fn output_path(scene: &Path, given: Option<&Path>, part: Option<Share>) -> Result<PathBuf> {
     let Some(path) = given else {
         // Not `with_extension`, which would take the end off `head.ct`.
         let mut name = scene.file_stem().unwrap_or_default().to_owned();
+        if let Some(share) = part {
+            name.push(format!(".{}-of-{}", share.number(), share.of()));
+        }
         name.push(".exr");
         return Ok(name.into());
     };
+    exr_path(path)
+}
+
+/// The path, if it is one of an EXR image.
+///
+/// # Errors
+/// [`Error::Input`] when it does not end in `.exr`.
+pub fn exr_path(path: &Path) -> Result<PathBuf> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
         return Ok(path.to_owned());
     }
@@ -28,8 +40,13 @@ pub fn output_path(scene: &Path, given: Option<&Path>) -> Result<PathBuf> {
 ///
 /// # Errors
 /// As [`output_path`].
-pub fn output_paths(scene: &Path, given: Option<&Path>, views: usize) -> Result<Vec<PathBuf>> {
-    let path = output_path(scene, given)?;
+pub fn output_paths(
+    scene: &Path,
+    given: Option<&Path>,
+    part: Option<Share>,
+    views: usize,
+) -> Result<Vec<PathBuf>> {
+    let path = output_path(scene, given, part)?;
     if views == 1 {
         return Ok(vec![path]);
     }
@@ -87,10 +104,12 @@ mod tests {
 
     #[test]
     fn the_default_name_is_the_whole_stem_here() {
-        let name = |scene: &str| output_path(Path::new(scene), None).unwrap();
+        let name = |scene: &str| output_path(Path::new(scene), None, None).unwrap();
         assert_eq!(name("scans/head.toml"), Path::new("head.exr"));
         assert_eq!(name("scans/head.ct.toml"), Path::new("head.ct.exr"));
         assert_eq!(name("head"), Path::new("head.exr"));
         assert_eq!(name(".toml"), Path::new(".toml.exr"));
+        let part = output_path(Path::new("scans/head.ct.toml"), None, Share::new(2, 8)).unwrap();
+        assert_eq!(part, Path::new("head.ct.2-of-8.exr"));
     }
 }

@@ -62,8 +62,8 @@ pub fn warning(ledger: &PassLedger, depth: u32) -> Option<String> {
     })
 }
 
-/// The same for programs: flux in W, sums over passes.
-pub fn report(ledger: &PassLedger, facts: &PassFacts) -> Value {
+/// The same for programs: flux in W, sums over passes. `facts`: of this run, if it traced any.
+pub fn report(ledger: &PassLedger, facts: Option<&PassFacts>) -> Value {
     let (flux, bounced) = (&ledger.flux, &ledger.bounced);
     json!({
         "passes": ledger.passes,

@@ -14,8 +14,8 @@ use crate::device::{Catalog, Device, DeviceInfo};
 use crate::irradiance::LightData;
 use crate::picture::{check_writable, remove_leftovers};
 use crate::render::{
-    BRICK_SHIFT, Ended, Plan, Rendering, Saved, SceneData, Session, Spent, announced_memory, data_hash,
-    method_name, preview_tonemap, run as run_progressive,
+    BRICK_SHIFT, Ended, Plan, Rendering, Saved, SceneData, Session, Share, Spent, announced_memory,
+    data_hash, method_name, preview_tonemap, run as run_progressive,
 };
 use crate::scene::{Method, Scene, Stop};
 use crate::{Error, Result};
@@ -69,6 +69,11 @@ pub struct RenderArgs {
     /// rules alone.
     #[arg(long, value_name = "LIGHT.nrrd")]
     load_light: Option<PathBuf>,
+    /// Render part I of N, for `svetlo merge` to add up: the samples I, I + N, I + 2N … of the picture, as a picture of its
+    /// own. --samples and --error stay those of the whole picture: a part stops with its share of the samples, or where N
+    /// parts like it have that error together. [default output: the scene's name with .I-of-N.exr]
+    #[arg(long, value_name = "I/N", value_parser = clap::value_parser!(Share))]
+    part: Option<Share>,
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
@@ -89,7 +94,9 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     let mut sets = arguments.set.clone();
     sets.extend(arguments.seed.map(|seed| format!("seed={seed}")));
     let scene = load_scene(&arguments.scene, &sets)?;
-    let outputs = output_paths(&arguments.scene, arguments.output.as_deref(), scene.views.len())?;
+    let outputs =
+        output_paths(&arguments.scene, arguments.output.as_deref(), arguments.part, scene.views.len())?;
+    check_share(arguments, &scene)?;
     for output in &outputs {
         for path in [output, &output.with_extension("png")] {
             check_writable(path)?;
@@ -153,7 +160,7 @@ impl Job<'_> {
     fn render(&mut self, scene: &Scene, output: &Path, start: Instant) -> Result<()> {
         let arguments = self.arguments;
         let saved = if arguments.resume { saved(arguments, output, scene)? } else { None };
-        let plan = Plan::new(scene, self.data, BRICK_SHIFT)?;
+        let plan = Plan::new(scene, self.data, BRICK_SHIFT)?.of_part(arguments.part)?;
         let data_hash = data_hash(&plan, self.data)?;
         let film = saved.as_ref().map(|saved| saved.film(&plan, &data_hash)).transpose()?;
         if !arguments.quiet {
@@ -319,6 +326,18 @@ fn check_light_files(arguments: &RenderArgs, scene: &Scene) -> Result<()> {
     }
     check_writable(path)?;
     check_inputs_survive(path, &arguments.scene, scene)
+}
+
+/// Refuses a part that has none of the samples.
+fn check_share(arguments: &RenderArgs, scene: &Scene) -> Result<()> {
+    let samples = stop_rules(arguments, scene).samples;
+    match (arguments.part, samples) {
+        (Some(share), Some(samples)) if share.count(samples) == 0 => Err(Error::Input(format!(
+            "--part {share}: a picture of {samples} samples has none for this part; render it in {samples} parts at most, \
+             or with more --samples"
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// The image to continue, if there is one.

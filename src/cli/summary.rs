@@ -135,6 +135,7 @@ impl Summary<'_> {
         let why = match self.ended {
             Ended::Deterministic => "; more would be the same: nothing in this scene is random",
             Ended::Time => "; the time is up",
+            Ended::Error if self.plan.part.is_some() => "; the error is small enough, with the other parts",
             Ended::Error => "; the error is small enough",
             Ended::Samples | Ended::Unknown | Ended::Interrupted => "",
         };
@@ -165,6 +166,7 @@ impl Summary<'_> {
             "preview": self.preview.to_string_lossy(),
             "ended": format!("{:?}", self.ended).to_lowercase(),
             "samples": progress.samples,
+            "part": self.plan.part.map(|share| share.to_string()),
             "seed": self.plan.scene.seed,
             "seconds": {
                 "wall": self.wall.as_secs_f64(),
@@ -187,8 +189,8 @@ impl Summary<'_> {
             "lookups_per_ray": summary.lookups as f64 / summary.samples.max(1) as f64,
             "light": facts.light,
             "paths": self.snapshot.paths.as_ref().map(energy::report),
-            "photons": self.snapshot.photons.as_ref().zip(facts.passes)
-                .map(|(ledger, facts)| photons::report(ledger, facts)),
+            "photons": self.snapshot.photons.as_ref()
+                .map(|ledger| photons::report(ledger, facts.passes)),
             "mean": summary.mean,
             "estimated_error": summary.relative_error(),
             "rejected_samples": summary.rejected,

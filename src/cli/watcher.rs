@@ -60,8 +60,11 @@ impl Watcher<'_> {
         let samples = status.target.map(|target| towards(f64::from(target)));
         let time = self.stop.time.map(|time| status.elapsed.as_secs_f64() / time.as_secs_f64());
         // The error falls as n^-1/2.
-        let error =
-            self.stop.error.zip(status.error).map(|(wanted, error)| towards(now * (error / wanted).powi(2)));
+        let error = self
+            .stop
+            .error
+            .zip(status.error)
+            .map(|(wanted, error)| towards(now * (error / self.plan.share().error(wanted)).powi(2)));
         [samples, time, error].into_iter().flatten().reduce(f64::max)
     }
 }

@@ -7,7 +7,7 @@ use crate::caustics::PassFacts;
 use crate::device::DeviceInfo;
 use crate::film::FilmPixel;
 use crate::irradiance::{LightData, LightFacts};
-use crate::render::{Auxiliary, PathLedger, Plan, Progress, SavedFilm, Share, Shift, TILE, extent_of_rows};
+use crate::render::{Auxiliary, PathLedger, Plan, Progress, Rows, SavedFilm, Shift, TILE, extent_of_rows};
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 use std::ops::Range;
@@ -17,8 +17,8 @@ use std::time::{Duration, Instant};
 
 /// What a device is to do next.
 pub(super) enum Order {
-    /// These rows, from the state of the share on.
-    Rows(Unit, Box<Share>),
+    /// These rows, from their state on.
+    Rows(Unit, Box<Rows>),
     /// This sample of all pixels.
     Pass(u32),
     /// Nothing more.
@@ -269,8 +269,8 @@ impl Shared<'_> {
                     if let Some(unit) = board.take(pace, members, goal).or_else(|| slow_rows(&state.members))
                     {
                         state.members[me].held = Held::Rows(unit.clone(), Instant::now());
-                        let share = self.share(&state, &unit);
-                        return Order::Rows(unit, Box::new(share));
+                        let rows = self.rows(&state, &unit);
+                        return Order::Rows(unit, Box::new(rows));
                     }
                 }
                 Work::Passes(queue) => {
@@ -289,9 +289,9 @@ impl Shared<'_> {
         !self.is_closing() && !matches!(self.lock().members[me].held, Held::Nothing)
     }
 
-    fn share(&self, state: &State, unit: &Unit) -> Share {
+    fn rows(&self, state: &State, unit: &Unit) -> Rows {
         let (tiles, pixels) = self.extent(unit.rows.clone());
-        Share {
+        Rows {
             first_tile: tiles.start,
             tiles: tiles.end - tiles.start,
             width: self.plan.scene.image.width,
@@ -303,7 +303,7 @@ impl Shared<'_> {
     }
 
     /// `me` has done these rows.
-    pub fn rows_done(&self, me: usize, unit: &Unit, share: &Share, elapsed: Duration, launches: u64) {
+    pub fn rows_done(&self, me: usize, unit: &Unit, rows: &Rows, elapsed: Duration, launches: u64) {
         let mut state = self.lock();
         if matches!(state.members[me].held, Held::Nothing) {
             // Another one was first.
@@ -314,17 +314,17 @@ impl Shared<'_> {
                 member.held = Held::Nothing;
             }
         }
-        state.film[share.pixels.clone()].copy_from_slice(&share.film);
+        state.film[rows.pixels.clone()].copy_from_slice(&rows.film);
         if let Some(all) = &mut state.auxiliary {
-            all[share.pixels.clone()].copy_from_slice(&share.auxiliary);
+            all[rows.pixels.clone()].copy_from_slice(&rows.auxiliary);
         }
         if let Some(paths) = &mut state.paths {
-            *paths = paths.plus(&share.paths);
+            *paths = paths.plus(&rows.paths);
         }
         if let Work::Rows(board) = &mut state.work {
             board.done(unit);
         }
-        state.enter(me, share.film.len() as u64 * u64::from(unit.samples), elapsed, launches);
+        state.enter(me, rows.film.len() as u64 * u64::from(unit.samples), elapsed, launches);
         self.work.notify_all();
         self.news.notify_all();
     }

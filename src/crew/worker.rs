@@ -46,12 +46,12 @@ fn serve(shared: &Shared<'_>, plan: &Plan<'_>, device: Device, me: usize) -> Res
         let begun = session.progress().launches;
         match shared.order(me, pacer.next(64)) {
             Order::Leave => return Ok(()),
-            Order::Rows(unit, mut share) => {
+            Order::Rows(unit, mut rows) => {
                 let start = Instant::now();
-                if session.compute(&mut share, unit.first_sample + unit.samples, &go_on)? {
+                if session.compute(&mut rows, unit.first_sample + unit.samples, &go_on)? {
                     let elapsed = start.elapsed();
-                    pacer.measured(u64::from(share.tiles) * u64::from(unit.samples), elapsed);
-                    shared.rows_done(me, &unit, &share, elapsed, session.progress().launches - begun);
+                    pacer.measured(u64::from(rows.tiles) * u64::from(unit.samples), elapsed);
+                    shared.rows_done(me, &unit, &rows, elapsed, session.progress().launches - begun);
                 }
             }
             Order::Pass(number) => {

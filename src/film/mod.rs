@@ -1,5 +1,12 @@
 //! The film: per-pixel mean and second moment of the samples, and what can be said from them.
 
+mod double;
+mod merge;
+
+pub use double::Double;
+pub use merge::{FilmRest, Moments};
+pub(crate) use merge::{halves, joined, single, weighted};
+
 use crate::device_struct;
 
 device_struct! {

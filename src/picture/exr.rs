@@ -14,7 +14,9 @@ use std::{
 };
 
 use exr::prelude::{self as openexr, ReadChannels, ReadLayers, Text, WritableImage};
-use openexr::{AnyChannel, AnyChannels, AttributeValue, FlatSamples, Image, Layer, LayerAttributes};
+use openexr::{
+    AnyChannel, AnyChannels, AttributeValue, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
+};
 
 use super::{
     atomic::write_atomically,
@@ -68,12 +70,36 @@ fn decode_guarded(reader: impl Read + Seek, length: u64) -> Result<Picture, Stri
         .unwrap_or_else(|_| Err("a damaged EXR file (its decoder gave up); write it again".into()))
 }
 
+/// Reads what [`read_exr`] would read, but for the samples: a picture without channels, only its size and metadata.
+///
+/// # Errors
+/// As [`read_exr`], as far as the header shows it.
+pub fn read_exr_header(path: &Path) -> Result<Picture> {
+    let file = File::open(path).map_err(|cause| unreadable(path, &cause))?;
+    let length = file.metadata().map_err(|cause| unreadable(path, &cause))?.len();
+    let header = AssertUnwindSafe(|| decode_header(BufReader::new(file), length));
+    catch_unwind(header)
+        .unwrap_or_else(|_| Err("a damaged EXR file (its decoder gave up); write it again".into()))
+        .map_err(|what| Error::Input(format!("{}: {what}", path.display())))
+}
+
+fn decode_header(reader: impl Read + Seek, length: u64) -> Result<Picture, String> {
+    let chunks = exr::block::read(reader, false).map_err(describe)?;
+    let headers = chunks.headers();
+    for header in headers {
+        check_claims(header, length)?;
+    }
+    let header = Part::choose(headers)?.1;
+    let metadata = metadata_of(&header.shared_attributes, &header.own_attributes);
+    Ok(Picture { metadata, ..Picture::new(header.layer_size.x(), header.layer_size.y()) })
+}
+
 fn decode(reader: impl Read + Seek, length: u64) -> Result<Picture, String> {
     let chunks = exr::block::read(reader, false).map_err(describe)?;
     for header in chunks.headers() {
         check_claims(header, length)?;
     }
-    let part = Part::choose(chunks.headers())?;
+    let part = Part::choose(chunks.headers())?.0;
     let image = openexr::read().no_deep_data().largest_resolution_level().all_channels();
     let image = ReadPart { part, channels: image }
         .first_valid_layer()
@@ -81,7 +107,7 @@ fn decode(reader: impl Read + Seek, length: u64) -> Result<Picture, String> {
         .non_parallel()
         .from_chunks(chunks)
         .map_err(describe)?;
-    let metadata = metadata_of(&image);
+    let metadata = metadata_of(&image.attributes, &image.layer_data.attributes);
     let Layer { channel_data, size, .. } = image.layer_data;
     let channels = channel_data.list.into_iter().map(to_channel).collect();
     let picture = Picture { width: size.x(), height: size.y(), channels, metadata };
@@ -131,7 +157,8 @@ struct Part {
 }
 
 impl Part {
-    fn choose(headers: &[exr::meta::header::Header]) -> Result<Self, String> {
+    /// The part to read, and its header.
+    fn choose(headers: &[exr::meta::header::Header]) -> Result<(Self, &exr::meta::header::Header), String> {
         let flat = || headers.iter().filter(|header| !header.deep);
         let has_colour = |header: &&exr::meta::header::Header| {
             let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
@@ -139,9 +166,9 @@ impl Part {
         };
         let header = flat().find(has_colour).or_else(|| flat().next());
         header
-            .map(|header| Self {
-                name: header.own_attributes.layer_name.clone(),
-                channels: header.channels.clone(),
+            .map(|header| {
+                let name = header.own_attributes.layer_name.clone();
+                (Self { name, channels: header.channels.clone() }, header)
             })
             .ok_or_else(|| "an EXR file with deep data only; flatten it first".into())
     }
@@ -178,9 +205,8 @@ fn to_channel(channel: AnyChannel<FlatSamples>) -> Channel {
 }
 
 /// The text and number attributes of a file, as text.
-fn metadata_of(image: &Image<Layer<AnyChannels<FlatSamples>>>) -> BTreeMap<String, String> {
-    let layer = &image.layer_data.attributes;
-    let custom = image.attributes.other.iter().chain(&layer.other);
+fn metadata_of(image: &ImageAttributes, layer: &LayerAttributes) -> BTreeMap<String, String> {
+    let custom = image.other.iter().chain(&layer.other);
     let custom = custom.filter_map(|(name, value)| Some((utf8(name), as_text(value)?)));
     let standard = STANDARD_TEXTS
         .iter()

@@ -13,7 +13,7 @@ mod types;
 
 pub use atomic::{check_writable, remove_leftovers, write_atomically};
 pub use environment::{Environment, MAX_TEXELS};
-pub use exr::{MAX_BYTES, MAX_PIXELS, read_exr, write_exr};
+pub use exr::{MAX_BYTES, MAX_PIXELS, read_exr, read_exr_header, write_exr};
 pub use png::{read_png, write_png, write_png_rgb8};
 pub use tonemap::{BAD_PIXEL, Curve, Encoding, Tonemap, srgb_decode, srgb_encode};
 pub use types::{Channel, Picture, Plane, Samples};

@@ -8,6 +8,9 @@
 //!
 //! The curves act on each channel alone, so very bright colours tend to white.
 
+use std::fmt;
+use std::str::FromStr;
+
 /// How unbounded values are brought to [0, 1].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Curve {
@@ -47,6 +50,40 @@ impl Default for Tonemap {
         Self { curve: Curve::Linear, exposure: 1.0, encoding: Encoding::Srgb }
     }
 }
+
+/// As headers of images have it: `filmic, exposure 0.5, gamma 2.2`.
+impl fmt::Display for Tonemap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let curve = CURVES.iter().find(|(_, curve)| *curve == self.curve).map_or("", |(name, _)| name);
+        write!(f, "{curve}, exposure {}, ", self.exposure)?;
+        match self.encoding {
+            Encoding::Srgb => write!(f, "srgb"),
+            Encoding::Gamma(gamma) => write!(f, "gamma {gamma}"),
+        }
+    }
+}
+
+impl FromStr for Tonemap {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = || {
+            let (name, rest) = text.split_once(", exposure ")?;
+            let (exposure, encoding) = rest.split_once(", ")?;
+            let positive = |text: &str| text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0);
+            let encoding = match encoding.strip_prefix("gamma ") {
+                Some(gamma) => Encoding::Gamma(positive(gamma)?),
+                None => (encoding == "srgb").then_some(Encoding::Srgb)?,
+            };
+            let curve = CURVES.iter().find(|(known, _)| *known == name)?.1;
+            Some(Self { curve, exposure: positive(exposure)?, encoding })
+        };
+        parsed().ok_or_else(|| format!("`{text}` is no tone mapping"))
+    }
+}
+
+const CURVES: [(&str, Curve); 3] =
+    [("linear", Curve::Linear), ("reinhard", Curve::Reinhard), ("filmic", Curve::Filmic)];
 
 /// The colour of a pixel with a value that is not finite: magenta, so that it is seen.
 pub const BAD_PIXEL: [u8; 3] = [255, 0, 255];

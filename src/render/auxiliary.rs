@@ -2,6 +2,7 @@
 
 use super::state::Part;
 use crate::device_struct;
+use crate::film::{Double, halves, joined, single};
 use crate::picture::{Picture, Samples};
 
 device_struct! {
@@ -21,6 +22,57 @@ device_struct! {
         /// Padding.
         pub pad_0: u32,
     }
+}
+
+device_struct! {
+    "no kernel has it",
+    /// What the floats of an [`Auxiliary`] cannot hold of several films together: float64, low and high halves of their
+    /// bits, by fours of its words.
+    pub struct AuxiliaryRest {
+        /// Of the albedo.
+        pub albedo_low: [u32; 4],
+        /// High half.
+        pub albedo_high: [u32; 4],
+        /// Of the normal.
+        pub normal_low: [u32; 4],
+        /// High half.
+        pub normal_high: [u32; 4],
+        /// Of the transmittance, the share that collides and the distance.
+        pub shares_low: [u32; 4],
+        /// High half.
+        pub shares_high: [u32; 4],
+    }
+}
+
+/// The words of the normal.
+const NORMAL: std::ops::Range<usize> = 4..8;
+
+/// The means of several films together.
+pub(super) type AuxiliaryMeans = [Double; 12];
+
+/// Those of one film.
+pub(super) fn means(pixel: &Auxiliary, rest: &AuxiliaryRest) -> AuxiliaryMeans {
+    let words: [u32; 12] = bytemuck::cast(*pixel);
+    let rest: [[u32; 4]; 6] = bytemuck::cast(*rest);
+    // The last word is padding, and zero.
+    std::array::from_fn(|k| {
+        let (low, high) = (rest[k / 4 * 2][k % 4], rest[k / 4 * 2 + 1][k % 4]);
+        Double::from(f64::from(f32::from_bits(words[k]))) + Double::from(joined(low, high))
+    })
+}
+
+/// As a film keeps them, and what it cannot hold.
+pub(super) fn of_means(means: &AuxiliaryMeans) -> (Auxiliary, AuxiliaryRest) {
+    let mut words = [0_u32; 12];
+    let mut rest = [[0_u32; 4]; 6];
+    for (k, &mean) in means.iter().enumerate() {
+        // Normals may cancel.
+        let scale = if NORMAL.contains(&k) { 1.0 } else { mean.value().abs() };
+        let (float, more) = single(mean, scale);
+        words[k] = float.to_bits();
+        (rest[k / 4 * 2][k % 4], rest[k / 4 * 2 + 1][k % 4]) = halves(more);
+    }
+    (bytemuck::cast(words), bytemuck::cast(rest))
 }
 
 /// What the header says of the channels.

@@ -38,8 +38,16 @@ device_struct! {
         pub rectangle_count: u32,
         /// Probability with which the environment map is picked for a sample.
         pub environment_pick: f32,
+        /// Number of the render's first sample in the whole picture.
+        pub sample_first: u32,
+        /// ... and from each sample to the next.
+        pub sample_stride: u32,
         /// Padding.
         pub pad_0: u32,
+        /// Padding.
+        pub pad_1: u32,
+        /// Padding.
+        pub pad_2: u32,
     }
 }
 

@@ -1,7 +1,7 @@
 //! From the film to a picture with its metadata.
 
 use super::auxiliary::{self, Auxiliary};
-use super::fingerprint::Fingerprint;
+use super::kept::{self, Units};
 use super::ledger::PathLedger;
 use super::plan::Plan;
 use super::rendering::{Rendering, of_devices};
@@ -41,7 +41,8 @@ impl Snapshot {
         let facts = session.facts();
         let light = facts.light.and_then(|facts| facts.cost);
         summary.lookups += paths.map_or(0, |paths| paths.lookups) + light.map_or(0, |cost| cost.lookups);
-        let mut picture = picture(&film, plan);
+        let image = &plan.scene.image;
+        let mut picture = planes(&film, image.width as usize, image.height as usize, units(plan));
         if let Some(extra) = &extra {
             auxiliary::add_channels(&mut picture, extra, plan.local.unit);
         }
@@ -64,40 +65,36 @@ fn keep_state(
     plan: &Plan<'_>,
     data_hash: &str,
 ) {
-    let mut sum = Fingerprint::new();
-    let unit = plan.local.unit;
-    let depth_unit = plan.method.has_depth.then_some(unit);
-    let predict = |picture: &Picture, word: &str| state::predict_film(picture, word, depth_unit);
-    state::add_planes(picture, &state::film_part(&predict), film, &mut sum);
-    if let Some(extra) = extra {
-        let predict = |picture: &Picture, word: &str| auxiliary::predict(picture, word, unit);
-        state::add_planes(picture, &auxiliary::part(&predict), extra, &mut sum);
-    }
+    let hash = kept::add(picture, film, extra, None, units(plan));
     for (key, value) in
-        [("state", state::FORMAT.to_string()), ("state_hash", sum.finish()), ("data_hash", data_hash.into())]
+        [("state", state::FORMAT.to_string()), ("state_hash", hash), ("data_hash", data_hash.into())]
     {
         picture.metadata.insert(format!("svetlo.{key}"), value);
     }
 }
 
+/// What the distances in images of this plan are.
+pub(super) fn units(plan: &Plan<'_>) -> Units {
+    Units { unit: plan.local.unit, has_depth: plan.method.has_depth }
+}
+
 /// The planes of the EXR: R G B A, Z where the method measures a depth (scene units, 0 = nothing hit), the variance
 /// of one sample, and the number of samples.
-fn picture(film: &[FilmPixel], plan: &Plan<'_>) -> Picture {
-    let image = &plan.scene.image;
+pub(super) fn planes(film: &[FilmPixel], width: usize, height: usize, units: Units) -> Picture {
     let means: Vec<[f64; 4]> = film.iter().map(FilmPixel::mean).collect();
     let variances: Vec<[f64; 4]> = film.iter().map(|pixel| pixel.variance().unwrap_or_default()).collect();
     let plane = |values: &[[f64; 4]], channel: usize| values.iter().map(|v| v[channel] as f32).collect();
-    let mut picture = Picture::new(image.width as usize, image.height as usize);
+    let mut picture = Picture::new(width, height);
     for (channel, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
         picture = picture.with_channel(name, plane(&means, channel));
     }
     for (channel, name) in ["variance.R", "variance.G", "variance.B", "variance.A"].into_iter().enumerate() {
         picture = picture.with_channel(name, plane(&variances, channel));
     }
-    if plan.method.has_depth {
-        let scale = plan.local.unit;
-        let depth =
-            |pixel: &FilmPixel| if pixel.hits > 0 { (f64::from(pixel.depth) * scale) as f32 } else { 0.0 };
+    if units.has_depth {
+        let depth = |pixel: &FilmPixel| {
+            if pixel.hits > 0 { (f64::from(pixel.depth) * units.unit) as f32 } else { 0.0 }
+        };
         picture = picture.with_channel("Z", film.iter().map(depth).collect());
     }
     picture.with_counts("samples", film.iter().map(|pixel| pixel.count).collect())
@@ -119,6 +116,12 @@ fn describe(
     put("method", method_name(&plan.scene.method).into());
     put("seed", plan.scene.seed.to_string());
     put("samples", progress.samples.to_string());
+    if let Some(share) = plan.part {
+        // What `merge`, which sees no scene, needs besides.
+        put("part", share.to_string());
+        put("unit", plan.local.unit.to_string());
+        put("preview", preview_tonemap(&plan.scene.film).to_string());
+    }
     put("seconds_wall", format!("{:.6}", wall.as_secs_f64()));
     put("seconds_device", format!("{:.6}", progress.device_time.as_secs_f64()));
     put("seconds_build", format!("{:.6}", facts.build_time.as_secs_f64()));

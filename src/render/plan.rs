@@ -9,6 +9,7 @@ use super::load::DataRef;
 use super::local::LocalFrame;
 use super::method::{self, DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use super::planned_volume::PlannedVolume;
+use super::share::Share;
 use super::tiles::TILE;
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::film::FilmPixel;
@@ -37,6 +38,8 @@ pub struct Plan<'a> {
     pub environment: HostBuffer,
     /// Remarks for the user, one sentence each.
     pub notes: Vec<String>,
+    /// The share of the picture's samples that is rendered, where it is not the whole.
+    pub part: Option<Share>,
     pub(crate) frame: DeviceFrame,
     pub(crate) camera: DeviceCamera,
 }
@@ -60,6 +63,7 @@ impl<'a> Plan<'a> {
             seed_low: scene.seed as u32,
             seed_high: (scene.seed >> 32) as u32,
             table_rows: 1,
+            sample_stride: 1,
             ..DeviceFrame::zeroed()
         };
         let map = environment_map(scene, &mut notes)?;
@@ -97,7 +101,36 @@ impl<'a> Plan<'a> {
         }
         let camera = DeviceCamera::new(&scene.camera, &scene.image, &local);
         camera.check()?;
-        Ok(Self { scene, volume, local, spec, method, environment, notes, frame, camera })
+        Ok(Self { scene, volume, local, spec, method, environment, notes, part: None, frame, camera })
+    }
+
+    /// The plan of a part of the picture, if `part` is one.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where one sample is the whole picture.
+    pub fn of_part(mut self, part: Option<Share>) -> Result<Self> {
+        let Some(share) = part else { return Ok(self) };
+        if self.is_deterministic() {
+            return Err(Error::Input(format!(
+                "--part {share}: nothing in this scene is random, so one sample is the whole picture and there is \
+                 nothing to share; render it without --part (or with image.filter = \"box\", to smooth edges)"
+            )));
+        }
+        if self.method.light.is_some() {
+            self.notes.push(
+                "every part computes the light in the whole volume for itself unless --load-light gives it: --save-light \
+                 keeps that of one part for the others, which saves time and, between devices, makes parts fit together"
+                    .into(),
+            );
+        }
+        (self.frame.sample_first, self.frame.sample_stride) = (share.first(), share.of());
+        self.part = part;
+        Ok(self)
+    }
+
+    /// The share of the picture's samples that is rendered.
+    pub fn share(&self) -> Share {
+        self.part.unwrap_or(Share::WHOLE)
     }
 
     /// The volume.

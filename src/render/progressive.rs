@@ -79,7 +79,9 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Result<Ended> {
     let start = Instant::now();
-    let limit = stop.samples.map_or(u32::MAX, |samples| u32::try_from(samples).unwrap_or(u32::MAX));
+    // Stop rules are those of the whole picture.
+    let share = plan.share();
+    let limit = share.count(stop.samples.unwrap_or(u64::MAX));
     let target = if plan.is_deterministic() { 1 } else { limit };
     let mut error = None;
     let mut next_snapshot = start + observer.interval().unwrap_or(FIRST_SNAPSHOT);
@@ -94,7 +96,7 @@ pub fn run(
         {
             error = FilmSummary::of(&session.film()?).relative_error();
             match error {
-                Some(error) if error <= wanted => return Ok(Ended::Error),
+                Some(error) if error <= share.error(wanted) => return Ok(Ended::Error),
                 Some(_) => {}
                 // There are samples enough: they are not finite, or their squares are beyond float32.
                 None => return Ok(Ended::Unknown),

@@ -1,12 +1,15 @@
 //! Continuing a render from its own image: what the file must be, and the film in it.
 
-use super::auxiliary::{self, Auxiliary};
-use super::fingerprint::Fingerprint;
+use super::auxiliary::Auxiliary;
+use super::kept::{self, Kept};
 use super::ledger::{self, PathLedger};
+use super::output::units;
+use super::parts::{Parts, in_words};
 use super::plan::Plan;
 use super::rendering::of_devices;
 use super::session::Progress;
-use super::state::{self, FORMAT};
+use super::share::Share;
+use super::state::FORMAT;
 use super::tiles::{Lag, Standing};
 use crate::caustics::PassLedger;
 use crate::device::DeviceInfo;
@@ -119,6 +122,12 @@ impl Saved {
             let then = self.text(key).unwrap_or("unknown");
             (then != *now).then(|| format!("{key} {then}, now {now}"))
         };
+        if self.text("part").is_some_and(|part| part.contains(':')) {
+            return Some(format!(
+                "{} was merged of parts: its sums are rounded otherwise than those of a picture that was rendered at once",
+                self.path.display()
+            ));
+        }
         let changes: Vec<String> = now.iter().filter_map(changed).collect();
         (!changes.is_empty()).then(|| {
             format!(
@@ -174,7 +183,49 @@ impl Saved {
         Ok(())
     }
 
+    /// Whether the image is of the share of samples that is rendered.
+    fn check_part(&self, wanted: Option<Share>) -> Result<(), String> {
+        let Some(text) = self.text("part") else {
+            return match wanted {
+                None => Ok(()),
+                Some(share) => Err(format!("it is a whole picture, this render is part {share} of one")),
+            };
+        };
+        if wanted.is_some_and(|share| text == share.to_string()) {
+            return Ok(());
+        }
+        let parts = Parts::read(text, self.number("samples")?)?;
+        let single = parts.single().filter(|share| text == share.to_string());
+        let missing = parts.missing();
+        Err(match (single, wanted) {
+            (Some(share), Some(wanted)) => {
+                format!("it is part {share} of a picture, this render is part {wanted}")
+            }
+            (None, Some(wanted)) => {
+                format!("it was merged of parts, this render is part {wanted}, which has a file of its own")
+            }
+            (_, None) if parts.is_whole() => return Ok(()),
+            (Some(share), None) => format!(
+                "it is part {share} of a picture, not a whole one: --part {share} continues it, `svetlo merge` adds parts"
+            ),
+            (None, None) if !missing.is_empty() => {
+                let are = if missing.len() == 1 { "is" } else { "are" };
+                format!(
+                    "it was merged of parts, and {} of {} {are} missing: merge with what there is of them, or continue \
+                     the parts themselves",
+                    in_words(&missing),
+                    parts.of()
+                )
+            }
+            (None, None) => format!(
+                "it was merged of parts that are not equally far (svetlo.part is {text}), so samples are missing in \
+                 between: continue the parts to the same --samples and merge them again"
+            ),
+        })
+    }
+
     fn read_film(&self, plan: &Plan<'_>, data_hash: &str) -> Result<SavedFilm, String> {
+        self.check_part(plan.part)?;
         let hash = self.text("data_hash").unwrap_or("unknown");
         if hash != data_hash {
             return Err(format!(
@@ -188,18 +239,7 @@ impl Saved {
                 "it was rendered with film.auxiliary = {has_auxiliary}, this render has film.auxiliary = {now}"
             ));
         }
-        let mut sum = Fingerprint::new();
-        let unit = plan.local.unit;
-        let depth_unit = plan.method.has_depth.then_some(unit);
-        let predict = |picture: &Picture, word: &str| state::predict_film(picture, word, depth_unit);
-        let pixels = state::read_planes(&self.picture, &state::film_part(&predict), &mut sum);
-        let auxiliary = has_auxiliary.then(|| {
-            let predict = |picture: &Picture, word: &str| auxiliary::predict(picture, word, unit);
-            state::read_planes(&self.picture, &auxiliary::part(&predict), &mut sum)
-        });
-        if self.text("state_hash") != Some(&sum.finish()) {
-            return Err("its channels are not as svetlo wrote them: some were changed or are missing".into());
-        }
+        let Kept { pixels, auxiliary, .. } = kept::read(&self.picture, units(plan), has_auxiliary)?;
         let Standing { samples, tiles, lag } = Standing::of(&pixels, plan.scene.image.width)
             .ok_or("the sample counts of its pixels are none that a render stops at")?;
         let progress = Progress {

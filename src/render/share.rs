@@ -1,127 +1,132 @@
-//! Parts of a render's work on a device: rows of tiles, or whole samples where each has photons of its own.
+//! Shares of a picture: every N-th sample, so that runs that know nothing of each other render one picture together.
 
-use super::auxiliary::Auxiliary;
-use super::ledger::PathLedger;
-use super::session::Session;
-use super::tiles::{Lag, TILE, lags, tile_counts};
-use crate::caustics::PassLedger;
-use crate::film::FilmPixel;
-use crate::{Error, Result};
-use bytemuck::Zeroable;
-use std::ops::Range;
+use std::fmt;
+use std::str::FromStr;
 
-/// Rows of tiles of a film, on their way between host and devices.
-///
-/// Its pixels are those after the samples that they have had: whichever device adds the next ones does what the one
-/// before would have done.
-#[derive(Clone, Debug)]
+/// Part `number` of `of`: the samples whose numbers, from 0, are `number` − 1 modulo `of`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Share {
-    /// The first tile.
-    pub first_tile: u32,
-    /// How many: whole rows.
-    pub tiles: u32,
-    /// Pixels in a row of the image.
-    pub width: u32,
-    /// Where the pixels are in the image.
-    pub pixels: Range<usize>,
-    /// The pixels.
-    pub film: Vec<FilmPixel>,
-    /// Their auxiliary images, where there are some.
-    pub auxiliary: Vec<Auxiliary>,
-    /// What the paths did.
-    pub paths: PathLedger,
+    number: u32,
+    of: u32,
 }
 
-/// Where the rows of tiles `rows` are in an image: tiles and pixels.
-pub fn extent_of_rows(rows: Range<u32>, width: u32, height: u32) -> (Range<u32>, Range<usize>) {
-    let per_row = width.div_ceil(TILE);
-    let pixels = |row: u32| width as usize * (row * TILE).min(height) as usize;
-    (rows.start * per_row..rows.end * per_row, pixels(rows.start)..pixels(rows.end))
-}
+impl Share {
+    /// All samples.
+    pub const WHOLE: Self = Self { number: 1, of: 1 };
+    /// The largest number of parts.
+    pub const MOST: u32 = 1_000_000;
 
-impl Session {
-    /// Brings the pixels of `share` to `goal` samples; those that have as many stay. `false` when `go_on` said no between
-    /// launches: then the share is as it was.
-    ///
-    /// # Errors
-    /// [`Error::Failed`] when the device fails, or pixels of a tile have had different numbers of samples.
-    pub fn compute(&mut self, share: &mut Share, goal: u32, go_on: &dyn Fn() -> bool) -> Result<bool> {
-        let counts = tile_counts(&share.film, share.width as usize);
-        let counts = counts.ok_or_else(|| Error::Failed("pixels of a tile differ in samples".into()))?;
-        let Share { first_tile, tiles, ref pixels, .. } = *share;
-        self.film.write(&self.device, pixels.start, &share.film)?;
-        let per_tile =
-            if self.paths.as_ref().is_some_and(|paths| paths.tile_items) { 1 } else { TILE * TILE };
-        let accounts = (first_tile * per_tile) as usize..((first_tile + tiles) * per_tile) as usize;
-        if let Some(paths) = &self.paths {
-            paths.ledgers.write(&self.device, accounts.start, &vec![Zeroable::zeroed(); accounts.len()])?;
-            if !share.auxiliary.is_empty() {
-                paths.auxiliary.write(&self.device, pixels.start, &share.auxiliary)?;
-            }
-        }
-        let mut left = lags(&counts, goal);
-        left.iter_mut().for_each(|lag| lag.first_tile += first_tile);
-        while let Some(mut lag) = left.pop() {
-            if !go_on() {
-                return Ok(false);
-            }
-            let (tiles, samples) = lag.launch(self.next_units(), self.most_samples());
-            self.launch(lag.first_tile, tiles, lag.samples, samples)?;
-            left.extend(lag.after(tiles, samples));
-        }
-        share.film = self.film.read_part(&self.device, pixels.start, pixels.len())?;
-        if let Some(paths) = &self.paths {
-            share.paths =
-                PathLedger::of(&paths.ledgers.read_part(&self.device, accounts.start, accounts.len())?);
-            if !share.auxiliary.is_empty() {
-                share.auxiliary = paths.auxiliary.read_part(&self.device, pixels.start, pixels.len())?;
-            }
-        }
-        Ok(true)
+    /// Part `number` of `of`; `None` unless `number` is 1 to `of` and `of` at most [`Share::MOST`].
+    pub fn new(number: u32, of: u32) -> Option<Self> {
+        ((1..=of).contains(&number) && of <= Self::MOST).then_some(Self { number, of })
     }
 
-    /// Sample `sample` of all pixels, alone, with the photons of its pass: a film of one sample, and where the photons'
-    /// flux went. `None` when `go_on` said no between launches.
-    ///
-    /// # Errors
-    /// [`crate::Error::Failed`] when the device fails.
-    pub fn compute_pass(
-        &mut self,
-        sample: u32,
-        go_on: &dyn Fn() -> bool,
-    ) -> Result<Option<(Vec<FilmPixel>, PassLedger)>> {
-        self.film.write(&self.device, 0, &vec![FilmPixel::zeroed(); self.film.len()])?;
-        let Some(passes) = &mut self.passes else { return Ok(None) };
-        // Of this pass alone.
-        passes.restore(PassLedger { passes: sample, ..PassLedger::default() });
-        while !passes.is_ready(sample) {
-            if !go_on() {
-                return Ok(None);
-            }
-            passes.step(&self.device, sample)?;
-        }
-        let photons = *passes.ledger();
-        let mut left = vec![Lag { first_tile: 0, tiles: self.tiles, samples: sample, goal: sample + 1 }];
-        while let Some(mut lag) = left.pop() {
-            if !go_on() {
-                return Ok(None);
-            }
-            let (tiles, samples) = lag.launch(self.next_units(), 1);
-            self.launch(lag.first_tile, tiles, lag.samples, samples)?;
-            left.extend(lag.after(tiles, samples));
-        }
-        Ok(Some((self.film.read(&self.device)?, photons)))
+    /// Which part, from 1.
+    pub fn number(self) -> u32 {
+        self.number
+    }
+
+    /// Of how many.
+    pub fn of(self) -> u32 {
+        self.of
+    }
+
+    /// The number in the whole picture of its first sample.
+    pub fn first(self) -> u32 {
+        self.number - 1
+    }
+
+    /// The number in the whole picture of its sample `turn`.
+    pub fn sample(self, turn: u32) -> u32 {
+        self.first().saturating_add(turn.saturating_mul(self.of))
+    }
+
+    /// How many of the first `whole` samples of the picture it has; samples are numbered in 32 bits.
+    pub fn count(self, whole: u64) -> u32 {
+        let whole = u32::try_from(whole).unwrap_or(u32::MAX);
+        whole.checked_sub(self.number).map_or(0, |after| after / self.of + 1)
+    }
+
+    /// The relative error of this part where that of the whole, of parts like it, is `whole`: they are independent.
+    pub fn error(self, whole: f64) -> f64 {
+        whole * f64::from(self.of).sqrt()
+    }
+}
+
+impl fmt::Display for Share {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+impl FromStr for Share {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = text.split_once('/').and_then(|(number, of)| {
+            let number_of = |text: &str| {
+                text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok()).flatten()
+            };
+            Self::new(number_of(number)?, number_of(of)?)
+        });
+        parsed.ok_or_else(|| format!("a part is I/N, such as 2/8: I is 1 to N, and N at most {}", Self::MOST))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::extent_of_rows;
+    use super::*;
 
     #[test]
-    fn rows_of_tiles_are_tiles_and_pixels() {
-        assert_eq!(extent_of_rows(0..1, 19, 10), (0..3, 0..152));
-        assert_eq!(extent_of_rows(1..2, 19, 10), (3..6, 152..190));
-        assert_eq!(extent_of_rows(0..2, 19, 10), (0..6, 0..190));
+    fn shares_are_disjoint_and_all_of_them_are_the_whole() {
+        for of in [1, 2, 3, 7] {
+            for whole in [0_u32, 1, 2, 6, 7, 8, 50] {
+                let shares = (1..=of).filter_map(|number| Share::new(number, of));
+                let mut samples: Vec<u32> = shares
+                    .flat_map(|share| (0..share.count(whole.into())).map(move |turn| share.sample(turn)))
+                    .collect();
+                samples.sort_unstable();
+                assert_eq!(samples, (0..whole).collect::<Vec<_>>(), "{whole} samples in {of} parts");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_of_samples_end_with_32_bits() {
+        assert_eq!(Share::WHOLE.count(u64::MAX), u32::MAX);
+        assert_eq!(Share::WHOLE.count(1 << 31), 1 << 31);
+        for number in [1, 2, 3] {
+            let share = Share::new(number, 3).unwrap();
+            let last = share.sample(share.count(u64::MAX) - 1);
+            assert!((u32::MAX - 3..u32::MAX).contains(&last), "{last}");
+        }
+    }
+
+    #[test]
+    fn parts_are_written_as_they_are_read() {
+        for text in ["1/1", "3/3", "12/1000000"] {
+            assert_eq!(text.parse::<Share>().unwrap().to_string(), text);
+        }
+        for text in [
+            "",
+            "1",
+            "0/3",
+            "4/3",
+            "1/0",
+            "-1/3",
+            "+1/3",
+            "1/3/5",
+            "1 / 3",
+            "a/b",
+            "1/1000001",
+            "1/9999999999",
+        ] {
+            assert!(text.parse::<Share>().unwrap_err().contains("such as 2/8"), "{text}");
+        }
+    }
+
+    #[test]
+    fn four_parts_of_twice_the_error_are_right() {
+        assert_eq!(Share::new(3, 4).unwrap().error(0.01), 0.02);
     }
 }

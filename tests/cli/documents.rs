@@ -1,8 +1,10 @@
 //! What README and `docs/` say: their commands work as written, and their links lead somewhere.
 //!
-//! The commands of a document run in its order in one folder: lines of `sh` blocks that start with `svetlo ` or `cp `.
-//! A `toml` block that opens with `# NAME.toml` is that file. Pictures are made small, and long measurements short;
-//! nothing else is changed.
+//! The commands of a document run in its order in one folder: lines of `sh` blocks that start with `svetlo `, `cp `,
+//! `parallel ` or `sbatch `. A `toml` block that opens with `# NAME.toml` is that file, and so is a `bash` block that has
+//! `# NAME.sbatch` below its first line. Pictures are made small, and long measurements short; nothing else is changed.
+//! Slurm is a function that runs the tasks of a job one after another; and where GNU parallel
+//! is missing, what it would run at once, too.
 
 use crate::support::{Folder, run};
 use std::path::{Path, PathBuf};
@@ -23,7 +25,8 @@ fn steps(document: &str) -> Vec<Step> {
         let block: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
         match language {
             "sh" => steps.extend(block.iter().filter_map(|line| command(line)).map(Step::Command)),
-            "toml" => steps.extend(file(&block)),
+            "toml" => steps.extend(file(&block, 0, ".toml")),
+            "bash" => steps.extend(file(&block, 1, ".sbatch")),
             _ => {}
         }
     }
@@ -31,13 +34,14 @@ fn steps(document: &str) -> Vec<Step> {
 }
 
 fn command(line: &str) -> Option<String> {
-    let known = ["svetlo ", "cp "].iter().any(|start| line.starts_with(start));
+    let known = ["svetlo ", "cp ", "parallel ", "sbatch "].iter().any(|start| line.starts_with(start));
     known.then(|| line.split(" #").next().unwrap_or(line).trim().to_owned())
 }
 
-fn file(block: &[&str]) -> Option<Step> {
-    let name = block.first()?.strip_prefix("# ")?.split([':', ' ']).next()?;
-    name.ends_with(".toml").then(|| Step::File { name: name.into(), text: block.join("\n") + "\n" })
+/// The file whose name is in line `at` of a block.
+fn file(block: &[&str], at: usize, extension: &str) -> Option<Step> {
+    let name = block.get(at)?.strip_prefix("# ")?.split([':', ' ']).next()?;
+    name.ends_with(extension).then(|| Step::File { name: name.into(), text: block.join("\n") + "\n" })
 }
 
 /// The command with small pictures and short measurements.
@@ -47,14 +51,20 @@ fn quick(command: &str) -> String {
         None => command.to_owned(),
     };
     let small = "--set image.width=16 --set image.height=16";
-    match command.split(' ').nth(1) {
+    // Options go before what other programs add to the end.
+    let render =
+        |command: &str, more: &str| command.replace("svetlo render ", &format!("svetlo render {more} "));
+    match command.split("svetlo ").nth(1).and_then(|rest| rest.split(' ').next()) {
         // Light in the volume takes the longest.
         Some("render") if command.contains("hybrid") => {
             let turntable = if command.contains("brain") { " --set camera.turntable.frames=2" } else { "" };
             let light = "--set method.iterations=1 --set method.coarsening=4";
             format!("{command} {small} --samples 1 {light}{turntable}")
         }
-        Some("render") => format!("{} {small} --samples 1", without(" --samples ")),
+        Some("render") if command.contains("--part") => {
+            render(&without(" --samples "), &format!("{small} --samples 8"))
+        }
+        Some("render") => render(&without(" --samples "), &format!("{small} --samples 1")),
         Some("ladder") => {
             let coarse = "--set volume.dims=[16,16,16] --set volume.spacing=0.0625";
             format!("{} {small} {coarse} --time 100ms --no-selftest", without(" --time "))
@@ -79,20 +89,54 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// `sbatch [--parsable] [--dependency=…] SCRIPT` as far as the documents use it.
+const SLURM: &str = r#"sbatch() {
+    for script; do :; done
+    tasks=$(sed -n 's/^#SBATCH --array=\([0-9]*\)-\([0-9]*\)$/\1 \2/p' "$script")
+    for task in $(seq ${tasks:-1 1}); do
+        SLURM_ARRAY_TASK_ID=$task sh -e "$script" >&2 || return 1
+    done
+    echo 17
+}
+"#;
+
+/// What GNU parallel would run of a command, one after another; other commands as they are.
+fn one_by_one(command: &str) -> String {
+    let Some(("parallel", (template, arguments))) =
+        command.split_once(' ').and_then(|(program, rest)| Some((program, rest.split_once(" ::: ")?)))
+    else {
+        return command.into();
+    };
+    let start = template.find("svetlo ").unwrap_or(0);
+    let runs = arguments.split(' ').map(|argument| template[start..].replace("{}", argument));
+    runs.collect::<Vec<_>>().join(" && ")
+}
+
 #[track_caller]
 fn follow(document: &str, least: usize) {
     let folder = Folder::new();
     std::os::unix::fs::symlink(root().join("configs"), folder.path("configs")).unwrap();
     std::fs::create_dir(folder.path("docs")).unwrap();
-    let binary = folder.svetlo(&[""; 0]).get_program().to_string_lossy().into_owned();
+    std::fs::create_dir(folder.path("bin")).unwrap();
+    let binary = folder.svetlo(&[""; 0]).get_program().to_owned();
+    std::os::unix::fs::symlink(binary, folder.path("bin/svetlo")).unwrap();
+    let path = format!("{}:{}", folder.path("bin").display(), std::env::var("PATH").unwrap_or_default());
+    let has_parallel =
+        Command::new("parallel").arg("--version").output().is_ok_and(|ran| ran.status.success());
     let steps = steps(&std::fs::read_to_string(root().join(document)).unwrap());
     assert!(steps.len() >= least, "{steps:?}");
     for step in steps {
         match step {
+            Step::File { name, text } if name.ends_with(".sbatch") => {
+                let lines: Vec<String> = text.lines().map(quick).collect();
+                folder.write(&name, lines.join("\n") + "\n");
+            }
             Step::File { name, text } => folder.write(&name, short(&text)),
             Step::Command(command) => {
-                let line = format!("svetlo() {{ '{binary}' \"$@\"; }}; {}", quick(&command));
-                let ran = run(Command::new("sh").args(["-c", &line]).current_dir(folder.path("")));
+                let command = if has_parallel { command } else { one_by_one(&command) };
+                let line = format!("{SLURM}{}", quick(&command));
+                let mut shell = Command::new("sh");
+                let ran = run(shell.args(["-c", &line]).env("PATH", &path).current_dir(folder.path("")));
                 // A machine that is busier than before is slower, which a baseline shows.
                 let slower = command.contains("--baseline") && ran.code == Some(3);
                 assert!(ran.code == Some(0) || slower, "{document}: {command}: {:?}: {}", ran.code, ran.err);
@@ -172,8 +216,16 @@ fn documents_are_read_as_they_are_meant() {
     assert_eq!(steps(text), [Step::Command("svetlo devices".into()), Step::Command("cp a b".into()), file]);
     assert_eq!(
         quick("svetlo render a.toml --samples 64 -o b.exr"),
-        "svetlo render a.toml -o b.exr --set image.width=16 --set image.height=16 --samples 1"
+        "svetlo render --set image.width=16 --set image.height=16 --samples 1 a.toml -o b.exr"
     );
+    let part = "parallel svetlo render a.toml --part {}/2 --samples 99 ::: 1 2";
+    let small = "parallel svetlo render --set image.width=16 --set image.height=16 --samples 8 a.toml --part {}/2 ::: 1 2";
+    assert_eq!(one_by_one("cp a b"), "cp a b");
+    assert_eq!(
+        one_by_one("parallel --joblog l svetlo merge {}.exr -o b{}.exr ::: 1 2"),
+        "svetlo merge 1.exr -o b1.exr && svetlo merge 2.exr -o b2.exr"
+    );
+    assert_eq!((quick(part), quick("#!/bin/sh")), (small.into(), "#!/bin/sh".into()));
     assert_eq!(targets("[a](b.md#c) ![](d.png) [e](https://f)"), ["b.md#c", "d.png"]);
     assert_eq!(anchors("## The image, *here*\ntext"), ["the-image-here"]);
 }

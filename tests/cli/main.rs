@@ -15,6 +15,7 @@ mod interrupt;
 mod kills;
 mod light;
 mod output;
+mod parts;
 mod resume;
 mod scattering;
 mod selftest;
