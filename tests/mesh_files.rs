@@ -147,6 +147,9 @@ fn what_files_may_say_besides() {
     assert_eq!(mesh.normals, Some(vec![[DVec3::Z; 3]; 2]));
     let second = mesh.faces().nth(1).unwrap().0;
     assert_eq!(second, [DVec3::ZERO, DVec3::X, DVec3::Z]);
+    // A byte order mark.
+    let marked = format!("\u{feff}{}", obj(&CUBE, &SQUARES));
+    assert_eq!(read("a.obj", marked.as_bytes()).unwrap().of(0).unwrap().triangles.len(), 12);
 }
 
 /// At the corner of a cube the three faces count alike, however they are cut into triangles.

@@ -96,6 +96,30 @@ fn a_layer_between_lamp_and_floor_takes_the_light_that_crosses_it() {
 }
 
 #[test]
+fn fog_that_nothing_shines_through_shows_what_its_front_scatters() {
+    const SAMPLES: u32 = 64;
+    for sigma in [0.1, 3.0, 100.0, 1e4] {
+        // 2 deep, seen along the light.
+        let text = format!(
+            "{}{}albedo = 0.8\n{DOWN}irradiance = 1\n[method]\nkind = \"caustics\"\nphotons = 0\n",
+            camera(4, 1.0, [0.0, 0.0, 5.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            fog([-20.0, -20.0, 0.0], [40.0, 40.0, 2.0], sigma, false)
+        );
+        let (film, _) = render(&text, SAMPLES);
+        // The integral over the depth of what comes, is scattered into all directions alike, and is left of that.
+        let expected = 0.8 / (8.0 * PI) * -(-4.0 * sigma).exp_m1();
+        let pixels = film.len() as f64;
+        let mean = film.iter().map(|pixel| pixel.mean()[0]).sum::<f64>() / pixels;
+        let square: f64 = film.iter().map(|pixel| pixel.variance().unwrap()[0] / f64::from(SAMPLES)).sum();
+        let noise = square.sqrt() / pixels;
+        assert!(noise < 0.01 * expected, "sigma {sigma}: {noise} of {expected}");
+        // Places, 3 away, and the fog's boundary are rounded: 4 times, each by so much of a mean free path.
+        let rounding = (64.0 + 12.0 * sigma) * EPS * expected;
+        close(&format!("sigma {sigma}"), mean, expected, 6.0 * noise + rounding);
+    }
+}
+
+#[test]
 fn what_is_behind_a_layer_is_seen_through_it_and_glass_displaces_it() {
     // A box that refracts nothing, half as deep as the layer, before the right half of the picture.
     let text = format!(

@@ -66,9 +66,7 @@ INLINE struct Photon follow_on(__global const struct PhotonFrame *frame, const s
             fate->met.z = flux;
             break;
         }
-        if (hit.inside && material->kind == MATERIAL_DIELECTRIC) {
-            flight->flux *= exp(-hit.t * material->absorption.xyz);
-        }
+        flight->flux *= body_leaves(surfaces, body_of_stretch(surfaces, flight->within, &hit), hit.t);
         bool cut = false;
         if (diffuse) {
             uint4 counter = (uint4)(index, pass, event, RNG_PHOTON);

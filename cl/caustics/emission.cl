@@ -1,7 +1,7 @@
 // Photons as they leave the lights: one from each cell of a grid, at the same place of all cells in a pass.
 #include "common/inline.cl"
 #include "common/rng.cl"
-#include "surfaces/intersect.cl"
+#include "surfaces/within.cl"
 #include "types/emission.cl"
 
 // A place of a grid: the cell and its sides, 0 to 1 across the grid, and the pass's place in cells.
@@ -21,6 +21,7 @@ struct Flight {
     struct Cell cell;
     uint4 place;  // of the pass: in cells (x, y) and among wavelengths (z), in units of 2^-32
     uint4 shifts; // of its lattices
+    struct Within within;
 };
 
 // A place of a pass. Passes fill the cube evenly: after the powers of the root of x^4 = x + 1 (Roberts 2018, the sequence
@@ -213,6 +214,7 @@ INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global con
     flight.shifts = philox4x32((uint4)(pass, 0u, 0u, RNG_PHOTON_SHIFT), seed);
     float2 within = (float2)(uniform_float(flight.place.x), uniform_float(flight.place.y));
     flight.cell = grid_cell(index - emitter->first, emitter->count, emitter->rows, within);
+    flight.within = within_none();
     switch (emitter->way) {
     case EMIT_POINT:
         emit_from_point(emitter, &flight);

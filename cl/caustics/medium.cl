@@ -149,11 +149,6 @@ INLINE float medium_stop(struct Medium *medium, const struct MediumRay *through)
 #endif
 }
 
-// Whether a ray that ends there was within glass.
-INLINE bool within_glass(const struct Surfaces *surfaces, const struct Hit *hit) {
-    return hit->inside && surfaces->materials[surfaces->materials_of[hit->surface]].kind == MATERIAL_DIELECTRIC;
-}
-
 INLINE struct Phase medium_phase(const struct Medium *medium) {
     float4 parameters = medium->tables.method->phase;
     struct Phase phase;

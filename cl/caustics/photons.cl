@@ -70,6 +70,7 @@ INLINE void turn_photon(const struct Surfaces *surfaces, const struct Hit *hit, 
         struct Boundary at = boundary(index, hit->inside, cosine);
         if (u >= at.reflectance) {
             direction = refracted(at, flight->direction, facing);
+            flight->within = crossed(flight->within, hit);
         }
     }
     flight->direction = direction;
@@ -103,7 +104,7 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
         struct Hit hit;
         bool met = surfaces_hit(surfaces, flight->origin, flight->direction, INFINITY, &hit);
 #ifdef MEDIUM
-        if (!(met && within_glass(surfaces, &hit))) {
+        if ((met ? body_of_stretch(surfaces, flight->within, &hit) : flight->within.body) == 0u) {
             struct Collision at = meet_medium(medium, &flight->origin, &flight->direction, &flight->flux,
                 met ? hit.t : INFINITY, IS_STORED(turns), kept);
             if (at.outcome != PASSES) {
@@ -129,7 +130,11 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
         }
         __global const struct Material *material = surfaces->materials + surfaces->materials_of[hit.surface];
         bool diffuse = material->kind == MATERIAL_DIFFUSE;
+        flight->flux *= body_leaves(surfaces, body_of_stretch(surfaces, flight->within, &hit), hit.t);
         if (diffuse) {
+            float arrives = mean_channel(flight->flux);
+            fate->met.w += flux - arrives;
+            flux = arrives;
             if (IS_STORED(turns)) {
 #ifdef MEDIUM
                 offer_place(kept, medium, hit.point, flight->direction, flight->flux, hit.surface + 1u);
@@ -143,9 +148,6 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
                 fate->met.z = flux;
             }
             return photon;
-        }
-        if (hit.inside && material->kind == MATERIAL_DIELECTRIC) {
-            flight->flux *= exp(-hit.t * material->absorption.xyz);
         }
         if (turns < frame->depth) {
             float u = choice_of(frame, flight, index, pass, turns);

@@ -81,7 +81,7 @@ INLINE REAL left_after(__global const float4 *scattering, __global const float4 
     float4 sum = (float4)(0.0f);
     for (int k = 0; k < NEAR_STEPS; ++k) {
         float4 place = (from + ((float)k + 0.5f) * step * direction) / (float4)(grid->cell.xyz, 1.0f);
-        int4 cell = clamp(convert_int4(floor(place)), (int4)(0), max(grid->dims - 1, 0));
+        int4 cell = clamp(convert_int4(floor(place)), (int4)(0), max(grid->dims - 1, (int4)(0)));
         long i = plain_at(grid, cell.x, cell.y, cell.z);
         sum += counted * scattering[i] + absorption[i];
     }

@@ -13,9 +13,9 @@ struct CellPoints {
 
 INLINE struct CellPoints cell_points(__constant struct Volume *volume, __constant struct LightGrid *grid, int4 cell) {
     struct CellPoints points;
-    int4 dims = max(grid->dims, 1);
+    int4 dims = max(grid->dims, (int4)(1));
     points.count = 2 * ((volume->dims + dims - 1) / dims);
-    points.step = grid->cell / convert_float4(max(points.count, 1));
+    points.step = grid->cell / convert_float4(max(points.count, (int4)(1)));
     points.first = convert_float4(cell) * grid->cell + 0.5f * points.step;
     return points;
 }

@@ -112,7 +112,7 @@ __kernel void irradiance_border(__constant struct LightGrid *grid, __constant Li
     if (place.x >= dims.x + 2 || place.y >= dims.y + 2 || place.z >= dims.z + 2) {
         return;
     }
-    int4 cell = min(max(place - 1, 0), dims - 1);
+    int4 cell = clamp(place - 1, (int4)(0), dims - 1);
     uint index = (uint)cell.x + (uint)dims.x * ((uint)cell.y + (uint)dims.y * (uint)cell.z);
     float half_depth = 0.5f / min(diffusivity[index], limits->w);
     float value = phi[index];
@@ -140,7 +140,7 @@ __kernel void irradiance_add_flux(__global const float4 *flux, __global float4 *
 
 // The centre of a cell of one grid in cells of another over the same box, from 0 at the low boundary.
 INLINE float4 place_in(__constant struct LightGrid *other, __constant struct LightGrid *grid, int4 cell) {
-    return (convert_float4(cell) + 0.5f) * (convert_float4(other->dims) / convert_float4(max(grid->dims, 1)));
+    return (convert_float4(cell) + 0.5f) * (convert_float4(other->dims) / convert_float4(max(grid->dims, (int4)(1))));
 }
 
 // The bordered fluence at the centres of another grid's cells.
@@ -166,7 +166,7 @@ __kernel void irradiance_drift(__constant struct LightGrid *grid, __constant str
     if (index >= cell_count(fine)) {
         return;
     }
-    int4 last = max(grid->dims - 1, 0);
+    int4 last = max(grid->dims - 1, (int4)(0));
     float4 position = clamp(place_in(grid, fine, cell_of(fine, index)) - 0.5f, (float4)(0.0f), convert_float4(last));
     int4 low = convert_int4(position);
     float4 diffuse = between_cells(flux, grid->dims, low, min(low + 1, last), position - convert_float4(low));

@@ -9,9 +9,9 @@
 // share of each edge over which the field is a mean already, whose square is not missing.
 INLINE float4 light_between(__constant struct LightGrid *grid, __global const float4 *field, float4 place, float4 cell,
     float known) {
-    int4 last = max(grid->dims - 1, 0);
+    int4 last = max(grid->dims - 1, (int4)(0));
     float4 position = cell + (place - 0.5f - cell) * ((1.0f - known * known) * (1.0f / 3.0f));
-    int4 low = clamp(convert_int4(floor(position)), (int4)(0), max(last - 1, 0));
+    int4 low = clamp(convert_int4(floor(position)), (int4)(0), max(last - 1, (int4)(0)));
     return between_cells(field, grid->dims, low, min(low + 1, last), position - convert_float4(low));
 }
 
@@ -47,7 +47,7 @@ __kernel void irradiance_source(__constant struct Frame *frame, __constant struc
                     medium_at_point(frame, volume, method, voxels, sigmas, colors, emissions, point);
                 float4 transport = medium.absorption + (1.0f - forward) * medium.scattering;
                 float4 place = point * cells;
-                float4 cell = clamp(floor(place), (float4)(0.0f), convert_float4(max(direct_grid->dims - 1, 0)));
+                float4 cell = clamp(floor(place), (float4)(0.0f), convert_float4(max(direct_grid->dims - 1, (int4)(0))));
                 float4 known = (float4)(0.0f);
                 if (spread != 0u) {
                     known = extents[cell_index(direct_grid, convert_int4(cell))];

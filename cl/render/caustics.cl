@@ -18,6 +18,7 @@
 #endif
 #include "surfaces/direct.cl"
 #include "surfaces/optics.cl"
+#include "surfaces/within.cl"
 #include "types/caustics.cl"
 #ifdef MEDIUM
 #include "caustics/medium.cl"
@@ -38,6 +39,7 @@ struct Branch {
     float3 direction;
     float3 weight; // of its radiance in the pixel
     uint bounces;  // reflections and refractions so far
+    struct Within within;
 #ifdef DISPERSION
     float wavelength; // in micrometres, once glass has parted the colours; 0 before
 #endif
@@ -71,8 +73,8 @@ INLINE float4 sample_random(struct Sample *sample) {
 #include "render/caustics_medium.cl"
 #endif
 
-// Irradiance on a diffuse surface, on the side of the viewer.
-INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit) {
+// Irradiance on a diffuse surface, on the side of the viewer, where it lies in `body` (see surfaces/within.cl).
+INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit, uint body) {
     float3 irradiance = (float3)(0.0f);
     float3 normal = hit->inside ? -hit->normal : hit->normal;
 #ifdef DIRECT_RAYS
@@ -84,9 +86,10 @@ INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit) {
         }
 #endif
         struct Arrival arrival = direct_light(&sample->surfaces, sample->lights + i, hit, normal, u);
+        arrival.irradiance *= body_leaves(&sample->surfaces, body, arrival.distance);
 #ifdef MEDIUM
         float3 e = arrival.irradiance;
-        if (e.x + e.y + e.z > 0.0f) {
+        if (body == 0u && e.x + e.y + e.z > 0.0f) {
             arrival.irradiance *=
                 medium_transmittance(&sample->medium, hit->point, arrival.direction, arrival.distance);
         }
@@ -107,7 +110,7 @@ INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit) {
 }
 
 // What the ray sees of what blocks nothing: the fronts of rectangles.
-INLINE float3 seen_lights(struct Sample *sample, const struct Branch *ray, float distance, bool in_medium) {
+INLINE float3 seen_lights(struct Sample *sample, const struct Branch *ray, float distance, uint body) {
     float3 radiance = (float3)(0.0f);
 #ifdef RECTANGLES
     for (uint i = 0; i < sample->frame->rectangle_count; ++i) {
@@ -115,9 +118,9 @@ INLINE float3 seen_lights(struct Sample *sample, const struct Branch *ray, float
         float4 direction = (float4)(ray->direction, 0.0f);
         float away = rectangle_distance(sample->lights + i, origin, direction, 0.0f);
         if (away < distance) {
-            float3 seen = sample->lights[i].power.xyz;
+            float3 seen = sample->lights[i].power.xyz * body_leaves(&sample->surfaces, body, away);
 #ifdef MEDIUM
-            if (in_medium) {
+            if (body == 0u) {
                 seen *= medium_transmittance(&sample->medium, ray->origin, ray->direction, away);
             }
 #endif
@@ -177,6 +180,7 @@ INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, cons
         on.direction = refracted(at, ray->direction, facing);
         on.origin = surface_offset(hit, on.direction);
         on.weight *= density;
+        on.within = crossed(ray->within, hit);
     }
     // As it would be outside: inside, radiance counts less and is more.
     float most = max(max(ray->weight.x, ray->weight.y), ray->weight.z) * (hit->inside ? density : 1.0f);
@@ -199,21 +203,10 @@ INLINE uint follow(struct Sample *sample, struct Branch ray, struct Hit *hit, st
     if (!met) {
         hit->t = INFINITY;
     }
-    __global const struct Material *material = 0;
-    if (met) {
-        material = sample->surfaces.materials + sample->surfaces.materials_of[hit->surface];
-        if (material->kind == MATERIAL_DIELECTRIC && hit->inside) {
-            ray.weight *= exp(-material->absorption.xyz * hit->t);
-        }
-    }
+    uint body = met ? body_of_stretch(&sample->surfaces, ray.within, hit) : ray.within.body;
+    sample->radiance += ray.weight * seen_lights(sample, &ray, hit->t, body);
 #ifdef MEDIUM
-    bool in_medium = !met || !within_glass(&sample->surfaces, hit);
-#else
-    bool in_medium = false;
-#endif
-    sample->radiance += ray.weight * seen_lights(sample, &ray, hit->t, in_medium);
-#ifdef MEDIUM
-    if (in_medium) {
+    if (body == 0u) {
         ray.weight *= scattered_on_the_way(sample, &ray, hit->t);
     }
 #endif
@@ -221,9 +214,12 @@ INLINE uint follow(struct Sample *sample, struct Branch ray, struct Hit *hit, st
         sample->radiance += ray.weight * background_radiance(sample->frame, sample->environment, ray.direction);
         return 0u;
     }
+    ray.weight *= body_leaves(&sample->surfaces, body, hit->t);
+    __global const struct Material *material =
+        sample->surfaces.materials + sample->surfaces.materials_of[hit->surface];
     if (material->kind == MATERIAL_DIFFUSE) {
         float3 albedo = material->color.xyz;
-        sample->radiance += ray.weight * albedo * M_1_PI_F * surface_irradiance(sample, hit);
+        sample->radiance += ray.weight * albedo * M_1_PI_F * surface_irradiance(sample, hit, body);
         return 0u;
     }
     if (ray.bounces >= sample->method->depth) {
@@ -303,6 +299,7 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
         branches[0].direction = ray.direction;
         branches[0].weight = (float3)(1.0f);
         branches[0].bounces = 0u;
+        branches[0].within = within_none();
 #ifdef DISPERSION
         branches[0].wavelength = 0.0f;
 #endif

@@ -1,6 +1,6 @@
 // Light that the medium among surfaces scatters towards the camera. The photons of the map have that of mirrors and glass;
-// direct light that is scattered once comes by shadow rays. One place in each of many equal stretches of a ray, at most a
-// radius of gathering apart, each time others: the mean over the samples has no error of the steps.
+// direct light that is scattered once comes by shadow rays. One place in each of many stretches of a ray, at most a
+// radius of gathering apart where it counts, each time others: the mean over the samples has no error of the steps.
 //
 // Included by render/caustics.cl, after struct Sample.
 
@@ -33,6 +33,37 @@ INLINE float3 scattered_direct(struct Sample *sample, float3 point, float3 leavi
 }
 #endif
 
+// How the places of a ray are spread: evenly, or where the extinction is the same everywhere as the light is lost on the
+// way from them, so that thick media are looked at where they are seen.
+struct Spread {
+    float length; // over which the places would be even
+    float sigma;  // 0: they are
+    float taken;  // of the light
+};
+
+INLINE struct Spread spread_of(const struct Medium *medium, float length) {
+    struct Spread spread = {length, 0.0f, 0.0f};
+#ifdef CONSTANT_SIGMA
+    float sigma = medium->tables.method->sigma;
+    if (sigma * length > 1e-3f) {
+        spread.sigma = sigma;
+        spread.taken = -expm1(-sigma * length);
+        spread.length = spread.taken / sigma;
+    }
+#endif
+    return spread;
+}
+
+// How far along the ray the part `u` of the places is.
+INLINE float spread_place(struct Spread spread, float u) {
+    return spread.sigma > 0.0f ? -log1p(-u * spread.taken) / spread.sigma : u * spread.length;
+}
+
+// What one over the density of places is, over that of even ones; `left`: of the light.
+INLINE float spread_weight(struct Spread spread, float left) {
+    return spread.sigma > 0.0f ? 1.0f / left : 1.0f;
+}
+
 // Adds what the medium scatters towards the viewer before `end`; returns what it leaves of what comes from there.
 INLINE float scattered_on_the_way(struct Sample *sample, const struct Branch *ray, float end) {
     struct Medium *medium = &sample->medium;
@@ -42,16 +73,18 @@ INLINE float scattered_on_the_way(struct Sample *sample, const struct Branch *ra
         return 1.0f;
     }
     float photon_scale = sample->method->photon_scale;
-    float count = photon_scale > 0.0f ? ceil(length / sample->maps[0].frame->radius) : 0.0f;
+    struct Spread spread = spread_of(medium, length);
+    float count = photon_scale > 0.0f ? ceil(spread.length / sample->maps[0].frame->radius) : 0.0f;
     uint places = (uint)clamp(count, (float)LIT_PLACES, MOST_PLACES);
     uint apart = places / LIT_PLACES;
     uint lit = min((uint)(medium_random(medium) * (float)apart), apart - 1u);
-    float step = length / (float)places;
+    float part = 1.0f / (float)places;
     float left = 1.0f;
     float t = through.from;
     float3 light = (float3)(0.0f);
     for (uint i = 0; i < places; ++i) {
-        float next = min(through.from + step * ((float)i + medium_random(medium)), through.to);
+        float u = ((float)i + medium_random(medium)) * part;
+        float next = min(through.from + spread_place(spread, u), through.to);
         left *= medium_leaves(medium, &through, t, next);
         if (!(left > 0.0f)) {
             break;
@@ -72,8 +105,8 @@ INLINE float scattered_on_the_way(struct Sample *sample, const struct Branch *ra
             gained += photon_scale
                 * photon_scattering(&sample->maps[0], point, medium_phase(medium), -ray->direction, &sample->looked_at);
         }
-        light += left * gained;
+        light += left * spread_weight(spread, left) * gained;
     }
-    sample->radiance += step * ray->weight * light;
+    sample->radiance += spread.length * part * ray->weight * light;
     return left > 0.0f ? left * medium_leaves(medium, &through, t, through.to) : 0.0f;
 }

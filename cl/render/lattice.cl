@@ -36,7 +36,7 @@ INLINE float lattice_time(struct Lattice lattice, int i) {
 INLINE bool gather_points(struct Gathered *g, const struct GridRay *ray, struct Lattice lattice, int first, int end,
     __constant struct Frame *frame, __constant struct Volume *volume, __constant struct EmissionAbsorption *method,
     __global const VOXEL *voxels, __global const Medium *table) {
-    int8 i = min(first + (int8)(0, 1, 2, 3, 4, 5, 6, 7), lattice.count - 1);
+    int8 i = min(first + (int8)(0, 1, 2, 3, 4, 5, 6, 7), (int8)(lattice.count - 1));
     float8 start = convert_float8(i) * lattice.step;
     float8 width = min((float8)(lattice.step), lattice.length - start);
     float8 t = lattice.start + start + lattice.phase * width;
@@ -50,7 +50,7 @@ INLINE bool gather_points(struct Gathered *g, const struct GridRay *ray, struct 
     }
     width = select((float8)(0.0f), width, (int8)(0, 1, 2, 3, 4, 5, 6, 7) < valid);
     float8 position = clamp(value, 0.0f, (float)(frame->table_size - 1));
-    int8 index = min(convert_int8(position), (int)frame->table_size - 2);
+    int8 index = min(convert_int8(position), (int8)((int)frame->table_size - 2));
     float8 fraction = position - convert_float8(index);
     GATHER_LANE(s0) GATHER_LANE(s1) GATHER_LANE(s2) GATHER_LANE(s3)
     GATHER_LANE(s4) GATHER_LANE(s5) GATHER_LANE(s6) GATHER_LANE(s7)

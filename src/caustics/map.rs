@@ -314,7 +314,9 @@ impl PhotonMap {
         let none = Cells { low: [0.0; 3], scale: 0.0, dims: [0; 3], clamped: false };
         let Cells { low: [x, y, z], scale, dims: [nx, ny, nz], clamped } = cells.copied().unwrap_or(none);
         let MapSettings { weighting, paper_weights, .. } = self.settings;
-        let norm = |integral: f64| if paper_weights { 1.0 } else { (1.0 / integral) as f32 };
+        // Of tiny radii, within which no photons lie: finite all the same.
+        let norm =
+            |integral: f64| if paper_weights { 1.0 } else { (1.0 / integral).min(f32::MAX.into()) as f32 };
         let wide = f64::from(radius);
         let frame = MapFrame {
             low: [x, y, z, scale],

@@ -104,6 +104,7 @@ const FILES: &[(&str, &str)] = embed![
     "surfaces/rectangle.cl",
     "surfaces/sphere.cl",
     "surfaces/triangle.cl",
+    "surfaces/within.cl",
     "types/camera.cl",
     "types/caustics.cl",
     "types/convection.cl",

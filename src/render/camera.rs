@@ -86,12 +86,19 @@ impl DeviceCamera {
         if !within(view.as_flattened()) {
             return Err(Error::Input(format!(
                 "the view is too large for the voxels: in their size, coordinates are above {FARTHEST:e}; check \
-                 `volume.spacing` and the camera's position, target and field of view"
+                 `volume.spacing` (without a volume, how far mirrors and glass extend) and the camera's position, target \
+                 and field of view"
             )));
         }
         let radius =
             [self.lens_u, self.lens_v].as_flattened().iter().fold(0.0, |max: f32, x| max.max(x.abs()));
         let turn = radius * self.inv_focus;
+        if radius == 0.0 && !within(&[self.inv_focus]) {
+            return Err(Error::Input(format!(
+                "the view is too small for the scene: over the voxels' size (without a volume, over how far mirrors and \
+                 glass extend), the camera's distance from its target is below 1 / {FARTHEST:e}"
+            )));
+        }
         if !within(&[radius, self.inv_focus, turn, turn * self.depth]) {
             return Err(Error::Input(
                 "the lens is too large for its focus; make `camera.aperture` smaller or `camera.focus` larger".into(),

@@ -12,7 +12,7 @@ use crate::device::{MemoryPlan, ProgramSpec};
 use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene, Surface};
 use crate::sort::CellRanges;
 use crate::surfaces::{self, Bounds, DeviceMaterial, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
-use crate::{Result, device_struct};
+use crate::{Error, Result, device_struct};
 use bytemuck::Zeroable;
 use glam::DVec3;
 
@@ -151,7 +151,7 @@ pub fn prepare(
     let lights = device_lights(&scene.lights, local, frame);
     let map = map_settings(&settings.gather);
     let extent = surfaces.specular_bounds.or(surfaces.bounds).map_or(local.unit, |b| b.size().max_element());
-    let radius = settings.radius.unwrap_or(RADIUS * extent) / local.unit;
+    let radius = gather_radius(settings.radius.unwrap_or(RADIUS * extent), local.unit)?;
     let photons = photons_wanted(scene, &settings, &surfaces);
     let settings = Caustics { photons: if photons { settings.photons } else { 0 }, ..settings };
     // What no photon can do is found here, not on the device.
@@ -251,6 +251,23 @@ fn bounce_radius(scene: &Scene, surfaces: &SurfaceArrays, local: &LocalFrame, ra
     let size = surfaces.bounds.map_or(away, |bounds| away.min(bounds.size().max_element())) / local.unit;
     let [least, largest] = BOUNCE_PARTS.map(|part| part * size);
     (BOUNCE_FACTOR * radius).clamp(least, largest).max(radius)
+}
+
+/// The radius of gathering in local units.
+fn gather_radius(radius: f64, unit: f64) -> Result<f64> {
+    // Float32 holds its square and that of its inverse, though it shrinks to a hundred-thousandth in 2^32 passes.
+    const LARGEST: f64 = 1e13;
+    const SMALLEST: f64 = 1e-13;
+    let local = radius / unit;
+    if (SMALLEST..=LARGEST).contains(&local) {
+        return Ok(local);
+    }
+    Err(Error::Input(format!(
+        "`method.radius` = {radius:e} is out of range: it must be from {:.0e} to {:.0e} in this scene, {SMALLEST:e} to \
+         {LARGEST:e} times how far mirrors and glass extend (with a volume, its voxels' spacing)",
+        SMALLEST * unit,
+        LARGEST * unit
+    )))
 }
 
 /// A buffer is not empty.

@@ -13,6 +13,8 @@ use crate::config::{nearest, quote};
 const LEAST_SINE: f64 = 1e-6;
 /// Wavelengths at which a refractive index must make sense, in micrometres: what eyes see, and a little more.
 const WAVELENGTHS: [f64; 2] = [0.36, 0.83];
+/// A threshold less than this part of the weights lies where the field of float32 is rounding alone.
+const LEAST_THRESHOLD: f64 = 1e-9;
 /// The largest refractive index; that of `ior` in the schema.
 const LARGEST_INDEX: f64 = 100.0;
 
@@ -325,6 +327,13 @@ fn metaballs(configs: &[MetaballConfig], threshold: f64, place: &str, cx: &mut C
         let path = format!("{place}.threshold");
         let message = format!("`{path}` is more than the field anywhere");
         cx.wrong(&path, message, format!("the positive weights add up to {}", short(most)));
+    }
+    let all: f64 = configs.iter().map(|ball| ball.weight.abs()).sum();
+    if threshold < LEAST_THRESHOLD * all {
+        let path = format!("{place}.threshold");
+        let message = format!("`{path}` is too small beside the weights of the balls");
+        let least = short(LEAST_THRESHOLD * all);
+        cx.wrong(&path, message, format!("a billionth of their sum is the least: {least}"));
     }
     let ball = |&MetaballConfig { centre, radius, weight }: &MetaballConfig| Metaball {
         centre: DVec3::from_array(centre),

@@ -235,6 +235,13 @@ fn metaballs_that_are_none() {
         &["`surface.0.threshold` is more than the field anywhere", "the positive weights add up to 0.5"],
     );
     wrong(
+        "balls = [{ centre = [0, 0, 0], radius = 1, weight = 3e9 }, { centre = [1, 0, 0], radius = 1, weight = -1e9 }]\nthreshold = 3.9",
+        &[
+            "`surface.0.threshold` is too small beside the weights",
+            "a billionth of their sum is the least: 4",
+        ],
+    );
+    wrong(
         "balls = [{ centre = [0, 0, 0], radius = 0 }]\nthreshold = 0.5",
         &["`surface.0.balls.0.radius` is out of range"],
     );

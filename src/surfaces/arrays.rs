@@ -172,13 +172,14 @@ impl Maker<'_> {
                 for ball in balls {
                     let place = float4(place(ball.centre), length(ball.radius));
                     finite(&[place], index)?;
-                    let weight = ball.weight as f32;
+                    // Over the threshold: any scale of the field will do.
+                    let weight = (ball.weight / threshold) as f32;
                     self.balls.push(DeviceBall { place, weight, pad_0: 0, pad_1: 0, pad_2: 0 });
                 }
                 DeviceShape {
                     a: float4(low, 0.0),
                     b: float4(high, 0.0),
-                    c: [threshold as f32, 0.0, 0.0, 0.0],
+                    c: [1.0, 0.0, 0.0, 0.0],
                     kind: kind::METABALLS,
                     first,
                     count: balls.len() as u32,

@@ -231,6 +231,27 @@ fn meshes_that_are_not_there_or_damaged() {
 }
 
 #[test]
+fn sizes_beyond_float32_are_refused_before_anything_is_rendered() {
+    let folder = folder();
+    for (sets, needle) in [
+        (
+            &["method.radius=1e-30"][..],
+            "`method.radius` = 1e-30 is out of range: it must be from 1e-13 to 1e13",
+        ),
+        (&["method.radius=1e300"], "`method.radius` = 1e300 is out of range"),
+        (
+            &["surface.1.radius=1e-30"],
+            "`method.radius` = 1e-1 is out of range: it must be from 2e-43 to 2e-17",
+        ),
+        (&["surface.1.radius=1e30", "method.radius=1e29"], "the view is too small for the scene"),
+    ] {
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        let arguments: Vec<&str> = ["check", "scene.toml"].into_iter().chain(sets).collect();
+        folder.run(&arguments).fails_with(2, needle);
+    }
+}
+
+#[test]
 fn a_render_that_was_stopped_goes_on() {
     let folder = folder();
     folder.succeed(&["render", "scene.toml", "-o", "whole.exr", "--quiet", "--samples", "5"]);

@@ -7,7 +7,9 @@ use tobj::{LoadError, LoadOptions};
 pub(super) fn read(bytes: &[u8]) -> Result<Raw, String> {
     // Names and comments may be in any encoding.
     let text = String::from_utf8_lossy(bytes);
-    let every_corner_has_a_normal = check_indices(&text)?;
+    // A byte order mark is no part of the first line.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let every_corner_has_a_normal = check_indices(text)?;
     let options =
         LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..LoadOptions::default() };
     let mut rest = text.as_bytes();

@@ -1,0 +1,114 @@
+//! Bodies of glass with something in them: what they absorb on the way to it, of photons, camera rays and shadow rays.
+//!
+//! All bodies here have the index 1, so that light goes straight on: pictures with and without absorption differ by the
+//! factor of Beer and Lambert alone, pixel by pixel.
+
+mod common;
+
+use common::{EPS, close, device};
+use std::path::Path;
+use svetlo::caustics::PassLedger;
+use svetlo::film::FilmPixel;
+use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session};
+use svetlo::scene::Scene;
+
+/// A look straight down from z = 4, through the centres of pixels, at a white floor at z = 0.
+const VIEW: &str = "[image]\nwidth = 4\nheight = 4\nfilter = \"point\"\n\
+    [camera]\nkind = \"orthographic\"\nposition = [0, 0, 4]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nheight = 1\n\
+    [[material]]\nname = \"white\"\nkind = \"diffuse\"\ncolor = 1\n\
+    [[surface]]\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"white\"\n";
+const WATER: [f64; 3] = [0.1, 0.5, 1.5];
+const AMBER: [f64; 3] = [2.0, 0.7, 0.3];
+const POOL: &str =
+    "[[surface]]\nkind = \"plane\"\npoint = [0, 0, 1]\nnormal = [0, 0, 1]\nmaterial = \"water\"\n";
+const SUN: &str = "[[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nirradiance = 1\n";
+const LAMP: &str = "[[light]]\nkind = \"point\"\nposition = [0, 0, 0.75]\nintensity = 1\n";
+const PHOTONS: &str = "[method]\nkind = \"caustics\"\nphotons = 10000\nradius = 0.2\nbounces = 0\n\
+    [method.emission]\ntarget = { centre = [0, 0, 3.5], edge_u = [2, 0, 0], edge_v = [0, 2, 0] }\n";
+const NO_PHOTONS: &str = "[method]\nkind = \"caustics\"\nphotons = 0\n";
+
+/// Rays start off the surface that they leave by 32 roundings of its coordinates, here up to 12: at most 12 times on the way to
+/// the ground and back, through what absorbs 2 per unit at most.
+const OFFSETS: f64 = 12.0 * 12.0 * 2.0 * 32.0 * EPS;
+
+fn glass(name: &str, absorption: [f64; 3]) -> String {
+    let [r, g, b] = absorption;
+    format!("[[material]]\nname = \"{name}\"\nkind = \"dielectric\"\nior = 1\nabsorption = [{r}, {g}, {b}]\n")
+}
+
+fn cuboid(low: f64, high: f64, material: &str) -> String {
+    let half = 2.0 * high;
+    format!(
+        "[[surface]]\nkind = \"box\"\nlow = [-{half}, -{half}, {low}]\nhigh = [{half}, {half}, {high}]\n\
+         material = \"{material}\"\n"
+    )
+}
+
+fn render(text: &str) -> (Vec<FilmPixel>, PassLedger) {
+    let loaded = svetlo::config::parse("test.toml", text, &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let scene =
+        Scene::from_loaded(&loaded, Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_or_else(|e| panic!("{e}"));
+    let data = SceneData::load(&scene).unwrap();
+    let mut session = Session::new(device(), &Plan::new(&scene, &data, BRICK_SHIFT).unwrap()).unwrap();
+    session.render(1).unwrap();
+    (session.film().unwrap(), *session.photons().unwrap())
+}
+
+/// Renders a scene with what its bodies absorb and without; every pixel must differ by e^-depth of its channel. Gives the
+/// ledger with absorption.
+fn differ_by(scene: &str, depth: impl Fn(usize, usize) -> f64) -> PassLedger {
+    let [(dark, ledger), (clear, _)] = [(WATER, AMBER), ([0.0; 3], [0.0; 3])].map(|(water, amber)| {
+        render(&format!("{VIEW}{}{}{scene}", glass("water", water), glass("amber", amber)))
+    });
+    for (index, (dark, clear)) in dark.iter().zip(&clear).enumerate() {
+        for c in 0..3 {
+            let (found, from, depth) = (dark.mean()[c], clear.mean()[c], depth(index, c));
+            assert!(from > 0.0, "pixel {index} is lit");
+            let expected = from * (-depth).exp();
+            close(&format!("pixel {index}"), found, expected, OFFSETS * expected);
+        }
+    }
+    ledger
+}
+
+#[test]
+fn water_takes_of_the_light_on_its_way_to_the_ground_and_back() {
+    let ledger = differ_by(&format!("{POOL}{SUN}{PHOTONS}"), |_, c| 2.0 * WATER[c]);
+    let stored = WATER.iter().map(|a| (-a).exp()).sum::<f64>() / 3.0;
+    let flux = ledger.flux;
+    close("stored", flux.stored / flux.emitted, stored, OFFSETS * stored);
+    close("absorbed", flux.absorbed / flux.emitted, 1.0 - stored, OFFSETS * stored);
+}
+
+#[test]
+fn what_is_between_bodies_in_a_body_is_of_that_one() {
+    // Amber from 1.5 to 2 and from 2.25 to 2.5 in water from 1 to 3.
+    let bodies = [cuboid(1.0, 3.0, "water"), cuboid(1.5, 2.0, "amber"), cuboid(2.25, 2.5, "amber")].concat();
+    differ_by(&format!("{bodies}{SUN}{PHOTONS}"), |_, c| 2.0 * (1.25 * WATER[c] + 0.75 * AMBER[c]));
+}
+
+#[test]
+fn lamps_in_water_light_the_ground_through_it() {
+    differ_by(&format!("{POOL}{LAMP}{NO_PHOTONS}"), |index, c| {
+        let [x, y] = [index % 4, index / 4].map(|i| (i as f64 - 1.5) / 4.0);
+        WATER[c] * (1.0 + (0.75_f64.powi(2) + x * x + y * y).sqrt())
+    });
+}
+
+#[test]
+fn there_is_no_fog_in_water() {
+    // Fog from the ground to z = 2 that scatters nothing; of that, only what is above the water takes of the view.
+    let fog = |sigma: f64| {
+        format!(
+            "{VIEW}{}{POOL}{LAMP}{NO_PHOTONS}[volume]\nfield = {{ kind = \"constant\" }}\ndims = [1, 1, 1]\nspacing = [4, 4, 2]\n\
+             origin = [-2, -2, 0]\nwindow = {{ lo = 0, hi = 1 }}\n[transfer]\npoints = [{{ value = 0, opacity = 1, color = 0 }}]\n\
+             [medium]\nsigma_max = {sigma}\n",
+            glass("water", [0.0; 3])
+        )
+    };
+    let [(dim, _), (clear, _)] = [0.7, 0.0].map(|sigma| render(&fog(sigma)));
+    for (dim, clear) in dim.iter().zip(&clear) {
+        let expected = clear.mean()[0] * (-0.7_f64).exp();
+        close("fog", dim.mean()[0], expected, 40.0 * EPS * expected);
+    }
+}
