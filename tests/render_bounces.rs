@@ -82,22 +82,24 @@ fn in_a_sphere_of_paint_every_place_gets_the_flux_that_is_stored() {
 }
 
 /// A ball of glass in a room of paint.
-fn room(seed: u32, method: &str) -> String {
+fn room(seed: u32, photons: u32, method: &str) -> String {
     format!(
         "seed = {seed}\n[image]\nwidth = 16\nheight = 12\n[camera]\nposition = [-0.9, -0.8, 0.7]\ntarget = [0.5, 0.4, 0.3]\nup = [0, 0, 1]\n\
          fov = 70\n{MATERIALS}[[surface]]\nkind = \"box\"\nlow = [-1, -1, 0]\nhigh = [1, 1, 1.2]\nmaterial = \"paint\"\n\
          [[surface]]\nkind = \"sphere\"\ncentre = [0.3, 0.2, 0.3]\nradius = 0.2\nmaterial = \"glass\"\n\
          [[light]]\nkind = \"point\"\nposition = [-0.2, 0.1, 1]\nintensity = 1\n\
-         [method]\nkind = \"caustics\"\nphotons = 8192\nradius = 0.02\n{method}"
+         [method]\nkind = \"caustics\"\nphotons = {photons}\nradius = 0.02\n{method}"
     )
 }
 
 #[test]
 fn a_larger_radius_takes_noise_away_and_no_light() {
     let films = |radius: f64| -> Vec<Vec<FilmPixel>> {
-        (1..=12).map(|seed| render(&room(seed, &format!("bounce_radius = {radius}\n")), 4).film).collect()
+        (1..=12)
+            .map(|seed| render(&room(seed, 1 << 15, &format!("bounce_radius = {radius}\n")), 4).film)
+            .collect()
     };
-    let (narrow, wide) = (films(0.1), films(0.3));
+    let (narrow, wide) = (films(0.15), films(0.3));
     // Of the same photons, so that what all else has of noise is the same.
     let gained: Vec<f64> =
         narrow.iter().zip(&wide).map(|(a, b)| mean_of(b, 0) / mean_of(a, 0) - 1.0).collect();
@@ -118,24 +120,24 @@ fn a_larger_radius_takes_noise_away_and_no_light() {
     };
     let ratio = noise(&wide) / noise(&narrow);
     println!("variance: {ratio:.3} of what it was");
-    assert!(ratio < 0.4, "{ratio}");
+    assert!(ratio < 0.5, "{ratio}");
 }
 
 #[test]
 fn each_map_holds_its_photons() {
-    let found = render(&room(1, "bounce_radius = 0.3\nalpha = 0.5\n"), 1);
+    let found = render(&room(1, 1 << 13, "bounce_radius = 0.3\nalpha = 0.5\n"), 1);
     assert!(found.two_maps);
     assert_eq!(found.facts.mapped as u64, found.ledger.flux.stored_photons);
     assert_eq!(found.facts.bounced_mapped as u64, found.ledger.bounced.stored_photons);
     assert!(found.facts.mapped > 100 && found.facts.bounced_mapped > 100, "{:?}", found.facts);
     close("radius", found.facts.bounce_radius, 0.3, 1e-12);
     // Both shrink alike, and the larger one has fewer cells.
-    let later = render(&room(1, "bounce_radius = 0.3\nalpha = 0.5\n"), 2).facts;
+    let later = render(&room(1, 1 << 13, "bounce_radius = 0.3\nalpha = 0.5\n"), 2).facts;
     close("ratio", later.bounce_radius / later.radius, 15.0, 1e-12);
     let cells = |cells: [u32; 3]| cells.into_iter().product::<u32>();
     assert!(cells(later.bounced_cells) < cells(later.cells));
 
-    let alone = render(&room(1, "bounces = 0\nbounce_radius = 0.3\n"), 1);
+    let alone = render(&room(1, 1 << 13, "bounces = 0\nbounce_radius = 0.3\n"), 1);
     assert!(!alone.two_maps);
     assert_eq!((alone.facts.bounced_mapped, alone.facts.bounce_radius), (0, 0.0));
 }
