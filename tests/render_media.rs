@@ -133,8 +133,9 @@ fn what_is_behind_a_layer_is_seen_through_it_and_glass_displaces_it() {
         let way = if place(index, 6, 4.0).0 > 0.0 { 2.0 } else { 3.0 };
         for (c, radiance) in [1.0, 2.0, 4.0].into_iter().enumerate() {
             let expected = radiance * (-0.4_f64 * way).exp();
-            // Places to some 9 units.
-            close(&format!("pixel {index}"), pixel.mean()[c], expected, 32.0 * EPS * expected);
+            // Places to some 9 units; behind the box the ray starts by SURFACE_MARGIN of place and size, 6 and 5, later.
+            let rounding = 32.0 * EPS + 0.4 * 4e-6 * 11.0;
+            close(&format!("pixel {index}"), pixel.mean()[c], expected, rounding * expected);
         }
     }
 }
@@ -232,7 +233,8 @@ fn the_ledger_closes_around_a_glass_sphere_in_fog() {
     let flux = ledger.unwrap().flux;
     assert!(flux.imbalance().abs() < 1e-5, "{flux:?}");
     let parts = [flux.stored, flux.direct, flux.medium_absorbed, flux.medium_scattered, flux.escaped];
-    assert!(parts.iter().all(|&part| part > 0.01 * flux.emitted), "{flux:?}");
+    // A hundredth goes up and past the fog, half of that to the plane far away.
+    assert!(parts.iter().all(|&part| part > 0.003 * flux.emitted), "{flux:?}");
     assert!(film.iter().all(|pixel| pixel.mean()[..3].iter().all(|c| c.is_finite())));
     // The target is the square around the sphere. What misses the sphere crosses the optical depth 2 = 0.32 2.5²; the rest
     // 0.32 (2.5² - z²) down to its top. The floor leaves all to direct light, the fog 0.8 of what it stops.
@@ -252,7 +254,7 @@ fn a_volume_that_holds_nothing_changes_nothing() {
         format!(
             "{}{volume}{FLOOR}[[surface]]\nkind = \"sphere\"\ncentre = [0.2, 0, 0.7]\nradius = 0.3\nmaterial = \"mirror\"\n\
              [[light]]\nkind = \"point\"\nposition = [0.3, -0.2, 3]\nintensity = [3, 2, 1]\n[background]\ncolor = 1\n\
-             [method]\nkind = \"caustics\"\nphotons = 16384\nradius = 0.1\n",
+             [method]\nkind = \"caustics\"\nphotons = 16384\nradius = 0.1\nbounces = 0\n",
             camera(9, 3.0, [1.0, -4.0, 3.0], [0.0, 0.0, 0.3], [0.0, 0.0, 1.0])
         )
     };
@@ -271,11 +273,14 @@ fn a_volume_that_holds_nothing_changes_nothing() {
 #[test]
 fn what_a_volume_among_surfaces_cannot_do_is_refused_in_words() {
     let refusal = |medium: &str, method: &str| {
+        // All that receives light is flat.
         let text = format!(
             "{}{}{medium}\n{FLOOR}[method]\nkind = \"caustics\"\n{method}",
             camera(4, 1.0, [0.0, 0.0, 9.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
             fog([0.0; 3], [1.0; 3], 1.0, false)
         );
+        let text = text.replace("radius = 0.1\nmaterial = \"white\"", "radius = 0.1\nmaterial = \"mirror\"");
+        let text = text.replace("60.1]\nmaterial = \"white\"", "60.1]\nmaterial = \"mirror\"");
         let refused = parsed(&text).and_then(|scene| {
             let data = SceneData::load(&scene)?;
             Plan::new(&scene, &data, BRICK_SHIFT).map(drop)

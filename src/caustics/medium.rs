@@ -20,7 +20,7 @@ use glam::DVec3;
 use std::sync::Arc;
 
 /// What of the scattering methods' definitions says how the medium is read.
-const DEFINES: [&str; 8] = [
+const DEFINES: [&str; 9] = [
     "PHASE_ISOTROPIC",
     "PHASE_HG",
     "PHASE_RAYLEIGH",
@@ -29,6 +29,7 @@ const DEFINES: [&str; 8] = [
     "CONSTANT_SIGMA",
     "SIGMA_RAMP",
     "CONSTANT_ALBEDO",
+    "TRANSMITTANCE_RESIDUAL",
 ];
 
 /// The medium of a scene of surfaces, as single scattering reads it.
@@ -59,9 +60,10 @@ pub fn medium_setup(
     if settings.gather.paper_intensity.is_some() {
         return refused("`method.gather.weights` must be \"normalised\": those as published are of surfaces");
     }
+    // Where majorants are tight, ratio tracking is all or nothing: most of the light between surfaces needs better.
     let tracking = Scattering {
         orders: Orders::Single,
-        transmittance: Transmittance::Auto,
+        transmittance: Transmittance::ResidualRatio,
         majorant_scale: 1.0,
         paths: None,
     };
