@@ -67,6 +67,25 @@ fn round_trip_keeps_every_bit_and_all_text() {
 }
 
 #[test]
+fn headers_are_those_of_whole_files_or_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.exr");
+    let written = sample_picture();
+    write_exr(&path, &written).unwrap();
+    let header = read_exr_header(&path).unwrap();
+    assert_eq!(header, Picture { channels: Vec::new(), ..read_exr(&path).unwrap() });
+    assert_eq!(header.metadata, written.metadata);
+    let bytes = std::fs::read(&path).unwrap();
+    for length in [0, 3, 100] {
+        std::fs::write(&path, &bytes[..length]).unwrap();
+        let [header, whole] =
+            [read_exr_header(&path), read_exr(&path)].map(|read| read.unwrap_err().to_string());
+        assert_eq!(header, whole, "of {length} bytes");
+    }
+    assert!(read_exr_header(&folder.path().join("none.exr")).is_err());
+}
+
+#[test]
 fn reserved_metadata_names_are_refused_and_the_old_file_stays() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out.exr");

@@ -163,6 +163,25 @@ mod tests {
     }
 
     #[test]
+    fn tone_mappings_are_written_as_they_are_read() {
+        let gamma = Tonemap { curve: Curve::Filmic, exposure: 1.0 / 3.0, encoding: Encoding::Gamma(2.2) };
+        assert!(gamma.to_string().ends_with(", gamma 2.2"), "{gamma}");
+        let reinhard = Tonemap { curve: Curve::Reinhard, ..Tonemap::default() };
+        for tonemap in [Tonemap::default(), reinhard, gamma] {
+            assert_eq!(tonemap.to_string().parse(), Ok(tonemap));
+        }
+        for text in [
+            "",
+            "linear",
+            "cubic, exposure 1, srgb",
+            "linear, exposure 0, srgb",
+            "linear, exposure 1, gamma x",
+        ] {
+            assert!(text.parse::<Tonemap>().unwrap_err().contains("is no tone mapping"), "{text}");
+        }
+    }
+
+    #[test]
     fn srgb_has_its_published_points_and_inverts() {
         assert_eq!(srgb_encode(0.0), 0.0);
         close(srgb_encode(1.0), 1.0, 1e-12);
