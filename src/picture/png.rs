@@ -1,7 +1,6 @@
 //! PNG files: 8-bit previews written through a tone mapping, any PNG read back to linear light.
 
 use std::{
-    fs::File,
     io::{BufReader, Write},
     path::Path,
 };
@@ -15,6 +14,7 @@ use super::{
     unreadable,
 };
 use crate::error::{Error, Result};
+use crate::input;
 
 /// Writes the colour of a picture as an opaque 8-bit PNG, atomically. Alpha is not applied:
 /// EXR colour is premultiplied, so the preview shows it over black.
@@ -59,7 +59,7 @@ pub fn write_png_rgb8(path: &Path, width: usize, height: usize, codes: &[u8]) ->
 /// # Errors
 /// [`Error::Input`] where the file cannot be opened, is damaged, or would take more than 512 MiB.
 pub fn read_png(path: &Path) -> Result<Picture> {
-    let file = File::open(path).map_err(|cause| unreadable(path, &cause))?;
+    let (file, _) = input::open(path).map_err(|cause| unreadable(path, &cause))?;
     let mut reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
     reader.limits(image::Limits::default());
     let image = reader.decode().map_err(|error| {

@@ -9,6 +9,7 @@ mod caustics;
 mod contract;
 mod documents;
 mod examples;
+mod faults;
 mod interrupt;
 mod light;
 mod output;
