@@ -49,7 +49,8 @@ pub struct Allocated {
     pub most: usize,
 }
 
-/// Runs a piece of code, alone among those that are measured, and says what it allocated.
+/// Runs a piece of code, alone among those that are measured, and says what it allocated: with what other threads do
+/// meanwhile, so whoever allocates much does it in here.
 pub fn measured<T>(body: impl FnOnce() -> T) -> (T, Allocated) {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);

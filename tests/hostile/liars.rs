@@ -17,11 +17,10 @@ fn refused<T>(name: &str, bytes: &[u8], needle: &str, read: impl FnOnce(&Path) -
     let (result, allocated) = measured(|| read(&path).err());
     let error = result.unwrap_or_else(|| panic!("{name}: it was read"));
     assert!(error.contains(needle), "{name}: no {needle:?} in {error}");
-    assert!(
-        allocated.largest <= allocated_for(bytes.len()),
-        "{name}: {allocated:?} for {} bytes",
-        bytes.len()
-    );
+    let allowed = allocated_for(bytes.len());
+    // While a vector grows, it is there twice.
+    let within = allocated.largest <= allowed && allocated.most <= 2 * allowed;
+    assert!(within, "{name}: {allocated:?} for {} bytes", bytes.len());
 }
 
 fn volume(path: &Path) -> Result<(), String> {
@@ -78,7 +77,7 @@ fn volumes_that_promise_too_much() {
 
 #[test]
 fn light_volumes_that_promise_too_much() {
-    let header = "NRRD0005\ntype: float\ndimension: 4\nsizes: 6 1000000 1000000 1000000\nendian: little\n\
+    let header = "NRRD0005\ntype: float\ndimension: 4\nsizes: 6 100000 100000 1000000\nendian: little\n\
                   encoding: raw\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n\n12345678";
     let read = |path: &Path| Components::read(path).map(drop).map_err(|error| error.to_string());
     refused("a.nrrd", header.as_bytes(), "found 8", read);
@@ -125,7 +124,13 @@ fn pictures_that_promise_too_much() {
     lying[20..24].copy_from_slice(&12_000_u32.to_be_bytes());
     let checksum = crc32fast::hash(&lying[12..29]);
     lying[29..33].copy_from_slice(&checksum.to_be_bytes());
-    refused("a.png", &lying, "a.png", picture);
+    refused("a.png", &lying, "fewer than its header claims", picture);
+    // One colour is packed a thousandfold, and is all there. What this allocates is counted apart.
+    measured(|| {
+        write_png_rgb8(&path, 4000, 3000, &vec![9; 36_000_000]).unwrap();
+        assert!(std::fs::metadata(&path).unwrap().len() < 1 << 20);
+        picture(&path).unwrap();
+    });
 }
 
 #[test]
@@ -164,7 +169,7 @@ fn scenes_out_of_proportion() {
         format!("a = {}", "{ b = ".repeat(100_000)),
         format!("{}z = 1", "a.".repeat(100_000)),
         format!("[{}z]", "a.".repeat(100_000)),
-        (0..100_000).map(|i| format!("a{i} = {i}\n")).collect(),
+        (0..20_000).map(|i| format!("a{i} = {i}\n")).collect(),
         format!("a = [{}]", "[1, 2, 3], ".repeat(50_000)),
         format!("[image]\nwidth = {}", "9".repeat(500_000)),
         format!("{} = 1", "k".repeat(500_000)),
