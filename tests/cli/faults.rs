@@ -19,7 +19,7 @@ fn a_device_that_fails_ends_the_render_and_no_picture() {
     let lost = [1, 2, 5, 9, 13, 17].map(|n| format!("lost={n}"));
     for fault in first.iter().chain(&lost) {
         let ran = render(&folder, &format!("{fault}@{}", device.selector));
-        ran.fails_with(1, &format!("error: {}", device.name));
+        ran.fails_with(1, &device.name);
         assert!(ran.err.contains("OpenCL status -"), "{fault}: {}", ran.err);
         assert!(
             read("scene.exr") == image && read("scene.png") == preview,

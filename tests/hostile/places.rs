@@ -73,7 +73,7 @@ fn files_that_may_not_be_read() {
     let path = folder.path().join("x");
     let lock = |path: &Path| {
         std::fs::write(path, "text").unwrap();
-        std::fs::set_permissions(path, std::fs::Permissions::from_mode(0)).unwrap();
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o000)).unwrap();
     };
     lock(&path);
     if std::fs::read(&path).is_ok() {

@@ -12,8 +12,11 @@ use svetlo::scene::{Scene, Surface, SurfaceMaterial, SurfaceShape};
 use svetlo::volume::{Components, RawOptions};
 use tempfile::TempDir;
 
-/// Name and function of each; of those that say so, the first byte chooses among `VOLUMES` or `MESHES`.
-pub const TARGETS: [(&str, fn(&[u8])); 8] = [
+/// Its name, and what reads the bytes.
+type Target = (&'static str, fn(&[u8]));
+
+/// All of them; of those that say so, the first byte chooses among `VOLUMES` or `MESHES`.
+pub const TARGETS: [Target; 8] = [
     ("scene", scene),
     ("suite", suite),
     ("volume", volume),
