@@ -12,6 +12,8 @@ pub mod device;
 pub mod diffusion;
 pub mod error;
 pub mod film;
+mod host_memory;
+mod input;
 pub mod irradiance;
 pub mod metrics;
 pub mod picture;

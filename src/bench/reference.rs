@@ -70,7 +70,7 @@ fn from_file(name: &str, path: &Path, image: &Image, folder: &Folder) -> Result<
             picture.height
         )));
     }
-    let bytes = std::fs::read(path)
+    let bytes = crate::input::bytes(path)
         .map_err(|cause| Error::Input(format!("{}: cannot be read ({cause})", path.display())))?;
     keep(&picture, ReferenceKind::File, format!("the picture {name}"), short_hash(&bytes), folder)
 }

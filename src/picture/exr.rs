@@ -6,13 +6,13 @@
 //! checked against its length before anything is allocated.
 
 use std::{
-    collections::BTreeMap,
-    fs::File,
+    collections::{BTreeMap, HashSet},
     io::{self, BufReader, Read, Seek},
     panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
 };
 
+use exr::block::reader::ChunksReader;
 use exr::prelude::{self as openexr, ReadChannels, ReadLayers, Text, WritableImage};
 use openexr::{
     AnyChannel, AnyChannels, AttributeValue, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
@@ -24,6 +24,7 @@ use super::{
     unreadable,
 };
 use crate::error::{Error, Result};
+use crate::input;
 
 /// The most pixels a picture may have: 2²⁸, or 16384×16384.
 pub const MAX_PIXELS: usize = 1 << 28;
@@ -53,8 +54,7 @@ pub fn write_exr(path: &Path, picture: &Picture) -> Result<()> {
 /// [`Error::Input`] where the file cannot be opened, is damaged, has only deep data, or claims
 /// more than [`MAX_PIXELS`] or [`MAX_BYTES`].
 pub fn read_exr(path: &Path) -> Result<Picture> {
-    let file = File::open(path).map_err(|cause| unreadable(path, &cause))?;
-    let length = file.metadata().map_err(|cause| unreadable(path, &cause))?.len();
+    let (file, length) = input::open(path).map_err(|cause| unreadable(path, &cause))?;
     decode_guarded(BufReader::new(file), length)
         .map_err(|what| Error::Input(format!("{}: {what}", path.display())))
 }
@@ -75,8 +75,7 @@ fn decode_guarded(reader: impl Read + Seek, length: u64) -> Result<Picture, Stri
 /// # Errors
 /// As [`read_exr`], as far as the header shows it.
 pub fn read_exr_header(path: &Path) -> Result<Picture> {
-    let file = File::open(path).map_err(|cause| unreadable(path, &cause))?;
-    let length = file.metadata().map_err(|cause| unreadable(path, &cause))?.len();
+    let (file, length) = input::open(path).map_err(|cause| unreadable(path, &cause))?;
     let header = AssertUnwindSafe(|| decode_header(BufReader::new(file), length));
     catch_unwind(header)
         .unwrap_or_else(|_| Err("a damaged EXR file (its decoder gave up); write it again".into()))
@@ -94,11 +93,17 @@ fn decode_header(reader: impl Read + Seek, length: u64) -> Result<Picture, Strin
     Ok(Picture { metadata, ..Picture::new(header.layer_size.x(), header.layer_size.y()) })
 }
 
-fn decode(reader: impl Read + Seek, length: u64) -> Result<Picture, String> {
-    let chunks = exr::block::read(reader, false).map_err(describe)?;
+fn decode(mut reader: impl Read + Seek, length: u64) -> Result<Picture, String> {
+    let chunks = exr::block::read(&mut reader, false).map_err(describe)?;
+    let mut claimed = 0_u64;
     for header in chunks.headers() {
-        check_claims(header, length)?;
+        claimed = claimed.saturating_add(check_claims(header, length)?);
     }
+    if claimed > input::credible(length) {
+        unpack(chunks)?;
+    }
+    reader.rewind().map_err(|cause| describe(cause.into()))?;
+    let chunks = exr::block::read(reader, false).map_err(describe)?;
     let part = Part::choose(chunks.headers())?.0;
     let image = openexr::read().no_deep_data().largest_resolution_level().all_channels();
     let image = ReadPart { part, channels: image }
@@ -115,8 +120,21 @@ fn decode(reader: impl Read + Seek, length: u64) -> Result<Picture, String> {
     Ok(picture)
 }
 
-/// Compares what a header claims with the limits and with what `length` bytes can hold.
-fn check_claims(header: &exr::meta::header::Header, length: u64) -> Result<(), String> {
+/// Unpacks all blocks and keeps none: that they hold what the headers claim, before there is room made for it.
+fn unpack(chunks: exr::block::reader::Reader<impl Read + Seek>) -> Result<(), String> {
+    let flat = |meta: &exr::meta::MetaData, _, block: exr::block::BlockIndex| !meta.headers[block.layer].deep;
+    let blocks = chunks.filter_chunks(false, flat).map_err(describe)?;
+    let mut found = HashSet::new();
+    for block in blocks.sequential_decompressor(false) {
+        if !found.insert(block.map_err(describe)?.index) {
+            return Err("a damaged EXR file: it has the same block twice; write it again".into());
+        }
+    }
+    Ok(())
+}
+
+/// Compares what a header claims with the limits and with what `length` bytes can hold; how many bytes its samples take.
+fn check_claims(header: &exr::meta::header::Header, length: u64) -> Result<u64, String> {
     let (width, height) = (header.layer_size.x(), header.layer_size.y());
     let pixels = width.checked_mul(height).filter(|&pixels| pixels <= MAX_PIXELS);
     let pixels = pixels.ok_or_else(|| {
@@ -130,12 +148,19 @@ fn check_claims(header: &exr::meta::header::Header, length: u64) -> Result<(), S
     }
     // Each chunk takes 8 bytes in the offset table and 8 or more of its own.
     let chunks = (header.chunk_count as u64).saturating_mul(16);
+    let block = header.max_block_pixel_size();
+    let block = (block.area() as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
+    if block > input::credible(length) {
+        return Err(format!(
+            "a damaged EXR file: it claims blocks of {block} bytes and has only {length}; write it again in smaller ones"
+        ));
+    }
     if chunks > length || bytes > length.saturating_mul(max_ratio(header.compression)) {
         return Err(format!(
             "a damaged EXR file: it claims {width}×{height} pixels and has only {length} bytes; write it again"
         ));
     }
-    Ok(())
+    Ok(bytes)
 }
 
 /// The most that a compression can shrink a picture, rounded up; a file that claims more lies.

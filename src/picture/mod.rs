@@ -18,9 +18,10 @@ pub use png::{read_png, write_png, write_png_rgb8};
 pub use tonemap::{BAD_PIXEL, Curve, Encoding, Tonemap, srgb_decode, srgb_encode};
 pub use types::{Channel, Picture, Plane, Samples};
 
-use std::{fs::File, io::Read, path::Path};
+use std::{io::Read, path::Path};
 
 use crate::error::{Error, Result};
+use crate::input;
 
 /// Reads an EXR or PNG file; the first bytes of the file decide which, not its name.
 ///
@@ -30,8 +31,8 @@ use crate::error::{Error, Result};
 /// [`Error::Input`] where the file cannot be opened, is neither format, or is damaged.
 pub fn read_picture(path: &Path) -> Result<Picture> {
     let mut magic = [0; 4];
-    let found = File::open(path)
-        .and_then(|mut file| file.read_exact(&mut magic))
+    let found = input::open(path)
+        .and_then(|(mut file, _)| file.read_exact(&mut magic))
         .map(|()| magic)
         .map_err(|cause| unreadable(path, &cause))?;
     match found {

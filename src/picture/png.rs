@@ -2,10 +2,11 @@
 
 use std::{
     fs::File,
-    io::{BufReader, Write},
+    io::{self, BufReader, Read, Seek, Write},
     path::Path,
 };
 
+use flate2::read::ZlibDecoder;
 use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader};
 
 use super::{
@@ -15,6 +16,7 @@ use super::{
     unreadable,
 };
 use crate::error::{Error, Result};
+use crate::input;
 
 /// Writes the colour of a picture as an opaque 8-bit PNG, atomically. Alpha is not applied:
 /// EXR colour is premultiplied, so the preview shows it over black.
@@ -59,13 +61,81 @@ pub fn write_png_rgb8(path: &Path, width: usize, height: usize, codes: &[u8]) ->
 /// # Errors
 /// [`Error::Input`] where the file cannot be opened, is damaged, or would take more than 512 MiB.
 pub fn read_png(path: &Path) -> Result<Picture> {
-    let file = File::open(path).map_err(|cause| unreadable(path, &cause))?;
+    let (mut file, length) = input::open(path).map_err(|cause| unreadable(path, &cause))?;
+    if !holds_its_claims(&mut file, length).unwrap_or(false) {
+        let problem = "its data are fewer than its header claims, or damaged; write it again";
+        return Err(Error::Input(format!("{}: cannot be read as PNG ({problem})", path.display())));
+    }
+    file.rewind().map_err(|cause| unreadable(path, &cause))?;
     let mut reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
     reader.limits(image::Limits::default());
     let image = reader.decode().map_err(|error| {
         Error::Input(format!("{}: cannot be read as PNG ({error}); write it again", path.display()))
     })?;
     Ok(to_picture(&image))
+}
+
+/// Whether there are as many pixels as the header claims: where those are more than the length of the file justifies, by
+/// unpacking all and keeping none.
+fn holds_its_claims(file: &mut File, length: u64) -> io::Result<bool> {
+    // The signature; the length and the name of the chunk IHDR, its content and checksum.
+    let mut head = [0; 33];
+    file.read_exact(&mut head)?;
+    let number = |at: usize| head[at..at + 4].iter().fold(0, |number, byte| number << 8 | u64::from(*byte));
+    let pixels = number(16).saturating_mul(number(20));
+    // Four channels of 16 bits are what it is decoded to.
+    if pixels.saturating_mul(8) <= input::credible(length) {
+        return Ok(true);
+    }
+    let channels = match head[25] {
+        2 => 3,
+        4 => 2,
+        6 => 4,
+        _ => 1,
+    };
+    let needed = pixels.saturating_mul(channels * u64::from(head[24])) / 8;
+    let data = ImageData { file: BufReader::new(file), left: 0, begun: false };
+    let found = io::copy(&mut ZlibDecoder::new(data).take(needed), &mut io::sink())?;
+    Ok(found == needed)
+}
+
+/// The contents of the chunks IDAT, one behind the other.
+struct ImageData<'a> {
+    file: BufReader<&'a mut File>,
+    /// Bytes of the present chunk.
+    left: u64,
+    begun: bool,
+}
+
+impl Read for ImageData<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while self.left == 0 {
+            // A chunk is its length, its name, its content and four bytes of checksum.
+            if self.begun {
+                self.file.seek_relative(4)?;
+            }
+            let mut head = [0; 8];
+            self.file.read_exact(&mut head)?;
+            let length = head[..4].iter().fold(0, |number, byte| number << 8 | u64::from(*byte));
+            match &head[4..] {
+                b"IEND" => {
+                    // Whoever asks again is told the same.
+                    self.file.seek_relative(-8)?;
+                    self.begun = false;
+                    return Ok(0);
+                }
+                b"IDAT" => (self.left, self.begun) = (length, true),
+                _ => {
+                    self.file.seek_relative(length as i64)?;
+                    self.begun = true;
+                }
+            }
+        }
+        let most = buffer.len().min(usize::try_from(self.left).unwrap_or(usize::MAX));
+        let read = self.file.read(&mut buffer[..most])?;
+        self.left -= read as u64;
+        Ok(read)
+    }
 }
 
 fn to_picture(image: &DynamicImage) -> Picture {

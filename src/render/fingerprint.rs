@@ -75,7 +75,7 @@ pub fn data_hash<'a>(plan: &Plan<'_>, data: impl Into<DataRef<'a>>) -> Result<St
     if let Transfer::TwoD(transfer) = &scene.transfer
         && let Table2d::File(path) = &transfer.table
     {
-        let bytes = std::fs::read(path)
+        let bytes = crate::input::bytes(path)
             .map_err(|cause| Error::Input(format!("{}: cannot be read ({cause})", path.display())))?;
         fingerprint.add("transfer function", &bytes);
         files = true;

@@ -1,10 +1,10 @@
 //! From a scene's description of its volume to the volume itself.
 
-use super::host_memory;
 use super::light_volume::modelled;
 use super::local::LocalFrame;
 use crate::device::MemoryPlan;
 use crate::film::FilmPixel;
+use crate::host_memory;
 use crate::irradiance::{LightGrid, memory_of};
 use crate::scene::{
     self, Endian as SceneEndian, FieldKind, Method, Scene, SheppLoganRotation, VolumeSource, VoxelKind,

@@ -11,7 +11,6 @@ pub mod emission_absorption;
 mod extrema;
 mod fingerprint;
 pub mod grid;
-mod host_memory;
 pub mod isosurface;
 mod kept;
 mod ledger;

@@ -9,6 +9,7 @@ use super::stored::{Endian, StoredType, supported_types};
 use super::{Volume, Voxels};
 use crate::picture::write_atomically;
 use glam::DVec3;
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
@@ -143,7 +144,7 @@ type Direction = Option<Vec<f64>>;
 struct Header<'a> {
     path: &'a Path,
     /// Lower-case name and description of each field, synonyms resolved.
-    fields: Vec<(String, String)>,
+    fields: BTreeMap<String, String>,
     /// Free text about the data.
     keys: Vec<(String, String)>,
     /// The byte behind the blank line that ends an attached header.
@@ -155,7 +156,7 @@ impl<'a> Header<'a> {
         let mut lines = HeaderLines::open(path)?;
         let magic = lines.next()?.unwrap_or_default();
         check_magic(path, magic.trim_end())?;
-        let mut header = Self { path, fields: Vec::new(), keys: Vec::new(), end: None };
+        let mut header = Self { path, fields: BTreeMap::new(), keys: Vec::new(), end: None };
         let mut number = 1;
         while let Some(line) = lines.next()? {
             number += 1;
@@ -187,12 +188,12 @@ impl<'a> Header<'a> {
             let problem = format!("line {number} of its header gives `{name}` again");
             return Err(self.malformed(problem, "give each field once"));
         }
-        self.fields.push((name, description.trim().to_owned()));
+        self.fields.insert(name, description.trim().to_owned());
         Ok(())
     }
 
     fn get(&self, name: &str) -> Option<&str> {
-        self.fields.iter().find(|(field, _)| field == name).map(|(_, description)| description.as_str())
+        self.fields.get(name).map(String::as_str)
     }
 
     fn need(&self, name: &str) -> Result<&str, VolumeError> {

@@ -1,7 +1,7 @@
 //! From the bytes behind a header to voxels, whatever the format of the header was.
 //!
-//! Nothing is allocated that the length of the file does not justify: plain data are checked against it first,
-//! and compressed data grow with what the stream really yields, up to the size of the grid and not beyond.
+//! Nothing is allocated that the file does not justify: plain data are checked against its length first, and so are
+//! compressed data, or, where they could yield more than four times that, by decompressing them once for nothing.
 
 use super::error::VolumeError;
 use super::mapped::Mapped;
@@ -10,6 +10,7 @@ use super::stored::{Endian, Stored, StoredType, with_stored};
 use super::text;
 use super::voxels::{Store, Voxel, Voxels};
 use super::{Volume, voxel_count};
+use crate::{host_memory, input};
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 use glam::DVec3;
 use std::fs::File;
@@ -142,19 +143,16 @@ impl Payload<'_> {
 
     fn packed<D: Read>(
         &self,
-        mut file: File,
+        file: File,
         length: u64,
         notes: &mut Vec<String>,
         decoder: impl Fn(BufReader<File>) -> D,
     ) -> Result<Voxels, VolumeError> {
         let begin = self.start(length)?;
-        file.seek(SeekFrom::Start(begin)).map_err(|e| VolumeError::io(self.path, e))?;
-        let mut stream = decoder(BufReader::with_capacity(CHUNK / 4, file));
-        let skipped = io::copy(&mut stream.by_ref().take(self.skip), &mut io::sink())
-            .map_err(|e| self.damaged(0, &e))?;
-        if skipped < self.skip {
-            return Err(self.short(0));
+        if self.kept_bytes() > input::credible(length) {
+            self.check_all_there(&mut self.unpacked(&file, begin, &decoder)?)?;
         }
+        let mut stream = self.unpacked(&file, begin, &decoder)?;
         let voxels = self.collect(&mut stream, 0)?;
         // One byte more also makes the decoder reach and verify the checksum at the end of the stream.
         match read_some(&mut stream, &mut [0]) {
@@ -165,7 +163,49 @@ impl Payload<'_> {
         Ok(voxels)
     }
 
+    /// The decompressed data from the first voxel on.
+    fn unpacked<D: Read>(
+        &self,
+        file: &File,
+        begin: u64,
+        decoder: impl Fn(BufReader<File>) -> D,
+    ) -> Result<D, VolumeError> {
+        let mut file = file.try_clone().map_err(|e| VolumeError::io(self.path, e))?;
+        file.seek(SeekFrom::Start(begin)).map_err(|e| VolumeError::io(self.path, e))?;
+        let mut stream = decoder(BufReader::with_capacity(CHUNK / 4, file));
+        let skipped = io::copy(&mut stream.by_ref().take(self.skip), &mut io::sink())
+            .map_err(|e| self.damaged(0, &e))?;
+        if skipped < self.skip {
+            return Err(self.short(0));
+        }
+        Ok(stream)
+    }
+
+    /// Decompresses all voxels and keeps none: so much is allocated only once it is known to be there.
+    fn check_all_there(&self, stream: &mut impl Read) -> Result<(), VolumeError> {
+        let mut chunk = vec![0; CHUNK];
+        let mut found = 0;
+        while found < self.bytes() {
+            let wanted = usize::try_from(self.bytes() - found).unwrap_or(CHUNK).min(CHUNK);
+            let (read, error) = read_fully(stream, &mut chunk[..wanted]);
+            found += read as u64;
+            if read < wanted {
+                return Err(error.map_or_else(|| self.short(found), |e| self.damaged(found, &e)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Bytes of the voxels in memory.
+    fn kept_bytes(&self) -> u64 {
+        let each = with_stored!(self.kind, T => size_of::<<T as Stored>::Kept>());
+        self.count() as u64 * each as u64
+    }
+
     fn collect(&self, reader: &mut impl Read, reserve: usize) -> Result<Voxels, VolumeError> {
+        if host_memory::available().is_some_and(|available| self.kept_bytes() > available) {
+            return Err(VolumeError::memory(self.path, self.kept_bytes()));
+        }
         let voxels = with_stored!(self.kind, T => {
             fill::<T>(reader, self.order, self.count(), reserve).map(|values| {
                 <T as Stored>::Kept::voxels(values.into())

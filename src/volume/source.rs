@@ -2,9 +2,10 @@
 
 use super::error::{VolumeError, shape};
 use super::stored::StoredType;
+use crate::input;
 use glam::DVec3;
-use std::fs::{self, File};
-use std::io::{BufRead, BufReader, Read, Take};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Take};
 use std::path::{Path, PathBuf};
 
 /// A text header longer than this is taken for damage; real ones have a few kilobytes.
@@ -14,12 +15,10 @@ const HEADER_LIMIT: u64 = 1 << 20;
 ///
 /// Pipes, devices and folders are refused before they are opened, since opening a pipe would wait.
 pub(super) fn open(path: &Path) -> Result<(File, u64), VolumeError> {
-    let meta = fs::metadata(path).map_err(|e| VolumeError::io(path, e))?;
-    if !meta.is_file() {
-        return Err(VolumeError::not_a_file(path));
-    }
-    let file = File::open(path).map_err(|e| VolumeError::io(path, e))?;
-    Ok((file, meta.len()))
+    input::open(path).map_err(|e| match e.kind() {
+        io::ErrorKind::InvalidInput => VolumeError::not_a_file(path),
+        _ => VolumeError::io(path, e),
+    })
 }
 
 /// The file that `name` in the header at `header` means: relative names are relative to the header's folder.

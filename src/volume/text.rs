@@ -27,22 +27,23 @@ pub(super) fn load(
     let room = usize::try_from(length - begin).unwrap_or(usize::MAX);
     bytes.try_reserve_exact(room).map_err(|_| VolumeError::memory(path, length - begin))?;
     file.take(length - begin).read_to_end(&mut bytes).map_err(|e| VolumeError::io(path, e))?;
-    let text = String::from_utf8_lossy(&bytes);
-    with_stored!(payload.kind, T => numbers::<T>(payload, &text, notes))
+    with_stored!(payload.kind, T => numbers::<T>(payload, &bytes, notes))
 }
 
 fn numbers<T: Stored>(
     payload: &Payload<'_>,
-    text: &str,
+    text: &[u8],
     notes: &mut Vec<String>,
 ) -> Result<Voxels, VolumeError> {
-    let mut tokens = text.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|t| !t.is_empty());
+    let is_between = |byte: &u8| byte.is_ascii_whitespace() || *byte == b',';
+    let mut tokens = text.split(is_between).filter(|token| !token.is_empty());
     let mut values: Vec<T::Kept> = Vec::new();
     let bytes = (payload.count() * size_of::<T::Kept>()) as u64;
     values.try_reserve_exact(payload.count()).map_err(|_| VolumeError::memory(payload.path, bytes))?;
     for token in tokens.by_ref().take(payload.count()) {
-        let Some(value) = T::parse(token) else {
-            let shown: String = token.chars().take(20).collect();
+        let Some(value) = std::str::from_utf8(token).ok().and_then(T::parse) else {
+            let shown: String =
+                String::from_utf8_lossy(&token[..token.len().min(80)]).chars().take(20).collect();
             let problem = format!("its number {} is {shown:?}", values.len() + 1);
             let remedy = format!("write a {} there", payload.kind.name());
             return Err(VolumeError::malformed(payload.path, problem, remedy));

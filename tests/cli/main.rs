@@ -7,6 +7,7 @@ mod bad_input;
 mod bad_volumes;
 mod caustics;
 mod contract;
+mod device_faults;
 mod devices;
 mod documents;
 mod examples;

@@ -5,6 +5,7 @@ mod ply;
 mod topology;
 
 use super::bounds::Bounds;
+use crate::input;
 use crate::scene::{Surface, SurfaceMaterial, SurfaceShape};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -94,7 +95,7 @@ struct Raw {
 
 fn read(path: &Path, place: impl Fn(DVec3) -> DVec3, smooth: bool, notes: &mut Vec<String>) -> Result<Mesh> {
     let wrong = |problem: String| Error::Input(named(path, &problem));
-    let bytes = std::fs::read(path).map_err(|error| wrong(format!("it cannot be read: {error}")))?;
+    let bytes = input::bytes(path).map_err(|error| wrong(format!("it cannot be read: {error}")))?;
     let is_ply = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("ply"));
     let raw = if is_ply { ply::read(&bytes) } else { obj::read(&bytes) }.map_err(wrong)?;
     let points: Vec<DVec3> = raw.points.into_iter().map(place).collect();

@@ -14,6 +14,19 @@ struct Row {
     corners: Vec<i64>,
 }
 
+/// A row of which nothing is wanted: however many there are, they take no memory.
+struct Skipped;
+
+impl PropertyAccess for Skipped {
+    fn new() -> Self {
+        Self
+    }
+
+    fn set_property(&mut self, _: &str, _: Property) -> PropertyAccessResult {
+        PropertyAccessResult::Set
+    }
+}
+
 const NUMBERS: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
@@ -70,6 +83,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, String> {
     let mut raw = Raw::default();
     for (name, element) in &header.elements {
         check_length(element, header.encoding, reader.get_ref().len())?;
+        if !["vertex", "face"].contains(&name.as_str()) {
+            let rows = Parser::<Skipped>::new().read_payload_for_element(&mut reader, element, &header);
+            rows.map_err(|error| describe(&error))?;
+            continue;
+        }
         let rows = parser
             .read_payload_for_element(&mut reader, element, &header)
             .map_err(|error| describe(&error))?;

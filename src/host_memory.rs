@@ -8,7 +8,7 @@ use crate::{Error, Result};
 ///
 /// # Errors
 /// [`Error::Failed`]. Where the system does not say what it has, nothing is refused.
-pub(super) fn check(what: &str, bytes: u64) -> Result<()> {
+pub(crate) fn check(what: &str, bytes: u64) -> Result<()> {
     match available() {
         Some(available) if bytes > available => Err(Error::Failed(format!(
             "{what} needs {}, but this machine has {} of memory available; use fewer voxels or another machine",
@@ -20,7 +20,7 @@ pub(super) fn check(what: &str, bytes: u64) -> Result<()> {
 }
 
 /// Linux: what may be allocated without swapping, within the limit of the process's container.
-fn available() -> Option<u64> {
+pub(crate) fn available() -> Option<u64> {
     let machine = mem_available(&std::fs::read_to_string("/proc/meminfo").ok()?)?;
     let number = |file: &str| -> Option<u64> {
         std::fs::read_to_string(format!("/sys/fs/cgroup/{file}")).ok()?.trim().parse().ok()
