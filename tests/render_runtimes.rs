@@ -6,9 +6,10 @@ mod common;
 
 use common::scattering::{all_finite, family, write_map};
 use common::{Case, smooth};
-use svetlo::device::{Catalog, Device};
+use svetlo::device::{Catalog, Device, DeviceInfo};
 use svetlo::film::FilmPixel;
-use svetlo::render::Session;
+use svetlo::picture::write_exr;
+use svetlo::render::{Saved, Session, Snapshot, data_hash};
 
 const SIDE: u32 = 12;
 const SAMPLES: u32 = 48;
@@ -42,6 +43,13 @@ fn differences(a: &[FilmPixel], b: &[FilmPixel]) -> Vec<(f64, f64)> {
         .flat_map(of_pixel)
         .filter(|&(difference, sigma)| difference != 0.0 || sigma > 0.0)
         .collect()
+}
+
+/// The differences of two films as a share of their noise, in the root mean square.
+fn ratio(a: &[FilmPixel], b: &[FilmPixel]) -> f64 {
+    let values = differences(a, b);
+    let sum = |f: fn(&(f64, f64)) -> f64| values.iter().map(f).sum::<f64>();
+    (sum(|v| v.0 * v.0) / sum(|v| 0.5 * v.1 * v.1)).sqrt()
 }
 
 fn scene(method: &str) -> String {
@@ -82,12 +90,45 @@ fn the_same_random_numbers_make_the_same_picture() {
     for text in scenes() {
         let films = films(&text, |_| 1);
         for (name, film) in &films[1..] {
-            let values = differences(&films[0].1, film);
-            let sum = |f: fn(&(f64, f64)) -> f64| values.iter().map(f).sum::<f64>();
-            let ratio = (sum(|v| v.0 * v.0) / sum(|v| 0.5 * v.1 * v.1)).sqrt();
+            let ratio = ratio(&films[0].1, film);
             println!("{name}: differs from {} by {ratio:.1e} of the noise", films[0].0);
             assert!(ratio < 0.05, "{name} differs from {} by {ratio} of the noise in\n{text}", films[0].0);
         }
+    }
+}
+
+/// Half of the samples on one device, and through a file the other half on another.
+fn continued(case: &Case, first: &DeviceInfo, second: &DeviceInfo) -> Vec<FilmPixel> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("half.exr");
+    let plan = case.plan();
+    let data = data_hash(&plan, &case.volume).unwrap();
+    let mut session = Session::new(Device::open(first).unwrap(), &plan).unwrap();
+    session.render(SAMPLES / 2).unwrap();
+    let snapshot = Snapshot::take(&session, &plan, &data, std::time::Duration::ZERO).unwrap();
+    write_exr(&path, &snapshot.picture).unwrap();
+    let saved = Saved::open(&path, &case.scene).unwrap().expect("the file is there");
+    assert!(saved.note(second).expect("a note").contains("was begun elsewhere"));
+    let mut session = Session::new(Device::open(second).unwrap(), &plan).unwrap();
+    session.restore(&saved.film(&plan, &data).unwrap()).unwrap();
+    session.render(SAMPLES).unwrap();
+    session.film().unwrap()
+}
+
+/// A render that is stopped on one device and resumed on another is the same picture, as in the test above.
+#[test]
+#[ignore = "needs several runtimes"]
+fn a_render_that_goes_on_elsewhere_is_the_same_picture() {
+    let catalog = Catalog::enumerate();
+    let case = Case::new(&format!("seed = 1\n{}", scenes()[1]), smooth([11, 9, 10], 4));
+    let mut session = Session::new(Device::open(&catalog.devices[0]).unwrap(), &case.plan()).unwrap();
+    session.render(SAMPLES).unwrap();
+    let whole = session.film().unwrap();
+    for [first, second] in [[0, 1], [1, 0]].map(|pair| pair.map(|device| &catalog.devices[device])) {
+        let film = continued(&case, first, second);
+        assert!(film.iter().all(|pixel| pixel.count == SAMPLES));
+        let ratio = ratio(&whole, &film);
+        assert!(ratio < 0.05, "from {} to {}: {ratio} of the noise", first.name, second.name);
     }
 }
 
