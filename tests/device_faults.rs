@@ -8,7 +8,9 @@ use std::sync::{Arc, mpsc};
 use std::time::Duration;
 use svetlo::device::{Call, Faults};
 use svetlo::picture::write_exr;
-use svetlo::render::{BRICK_SHIFT, Observer, Plan, SceneData, Session, Snapshot, Status, data_hash, run};
+use svetlo::render::{
+    BRICK_SHIFT, Observer, Plan, Rendering, SceneData, Session, Snapshot, Status, data_hash, run,
+};
 use svetlo::scene::Scene;
 use svetlo::{Error, Result};
 
@@ -21,7 +23,7 @@ struct Silent;
 impl Observer for Silent {
     fn progress(&mut self, _: &Status) {}
 
-    fn snapshot(&mut self, _: &Session) -> Result<()> {
+    fn snapshot(&mut self, _: &dyn Rendering) -> Result<()> {
         Ok(())
     }
 
