@@ -140,15 +140,17 @@ thread_local! {
         }
         folder
     };
-    static SCENE: (Scene, SceneData) = lit();
+    /// A plan takes longer than the files: it is made once, and stays.
+    static PLAN: (&'static Scene, Plan<'static>, String) = {
+        let (scene, data): &'static (Scene, SceneData) = Box::leak(Box::new(lit()));
+        let plan = Plan::new(scene, data, BRICK_SHIFT).expect("a plan");
+        let hash = data_hash(&plan, data).expect("a hash");
+        (scene, plan, hash)
+    };
 }
 
 fn with_plan(body: impl FnOnce(&Scene, &Plan<'_>, &str)) {
-    SCENE.with(|(scene, data)| {
-        let plan = Plan::new(scene, data, BRICK_SHIFT).expect("a plan");
-        let hash = data_hash(&plan, data).expect("a hash");
-        body(scene, &plan, &hash);
-    });
+    PLAN.with(|(scene, plan, hash)| body(scene, plan, hash));
 }
 
 /// Writes the file and has it read.
