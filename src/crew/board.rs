@@ -88,12 +88,12 @@ mod tests {
         let mut board = Board::new([3, 1, 1, 2, 1], 4);
         let unit = |rows, first_sample, samples| Some(Unit { rows, first_sample, samples });
         assert_eq!(board.standing(), (1, 8));
-        assert_eq!(board.take(1000, 1, 5), unit(1..3, 1, 3 - 1));
+        assert_eq!(board.take(1000, 1, 5), unit(1..3, 1, 4));
         assert_eq!(board.take(1, 1, 5), unit(4..5, 1, 1));
         assert_eq!(board.take(4, 1, 5), unit(3..4, 2, 1));
         assert_eq!(board.take(4, 1, 3), None);
         board.give_back(&unit(4..5, 1, 1).unwrap());
-        board.done(&unit(1..3, 1, 2).unwrap());
+        board.done(&unit(1..3, 1, 4).unwrap());
         assert_eq!(board.standing(), (1, 16));
         assert_eq!(board.take(4, 1, 5), unit(4..5, 1, 1));
     }

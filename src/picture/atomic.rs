@@ -21,6 +21,9 @@ use crate::error::{Error, Result};
 /// added it may exceed what the file system takes.
 const NAME: [&str; 2] = [".svetlo-", ".part"];
 
+/// Sweeps of other processes that may take a new file for a leftover before it is locked, one after another.
+const SWEEPS: usize = 1000;
+
 /// Writes a file atomically: `write` fills a temporary file, which then replaces `path`.
 ///
 /// A symbolic link stays a link: the file it points to is replaced. The mode of an existing file
@@ -111,10 +114,12 @@ fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.tempfile_in(folder_of(target)).map_err(without_path)?;
-    // Once more where a sweep was quicker; not for ever, for file systems may say anything.
-    if !lock::hold(file.as_file()) {
+    // Again where a sweep was quicker; not for ever, for file systems may say anything.
+    for _ in 0..SWEEPS {
+        if lock::hold(file.as_file()) {
+            break;
+        }
         file = builder.tempfile_in(folder_of(target)).map_err(without_path)?;
-        lock::hold(file.as_file());
     }
     if let Ok(old) = fs::metadata(target) {
         file.as_file().set_permissions(old.permissions())?;
