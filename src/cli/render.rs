@@ -108,7 +108,7 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     let interrupt = watch_interrupt()?;
     let catalog = Catalog::enumerate();
     let infos = catalog.select_several(&selectors(arguments))?;
-    infos.iter().try_for_each(|info| announced_memory(&scene).check(info))?;
+    let infos = with_room(infos, &scene, arguments.quiet)?;
     let data = SceneData::load(&scene)?;
     let mut job = Job {
         arguments,
@@ -209,7 +209,9 @@ impl Job<'_> {
         if devices.is_empty() {
             return Err(Error::Failed(refusals.join("; ")));
         }
-        refusals.iter().for_each(|refusal| say(&format!("note: left out: {refusal}")));
+        if !self.arguments.quiet {
+            refusals.iter().for_each(|refusal| say(&format!("note: left out: {refusal}")));
+        }
         Ok(devices)
     }
 
@@ -347,6 +349,28 @@ fn saved(arguments: &RenderArgs, output: &Path, scene: &Scene) -> Result<Option<
         say(&format!("note: there is no {} to resume: the render starts anew", output.display()));
     }
     Ok(saved)
+}
+
+/// Those of the devices that have room for what the scene announces; of the others the user is told.
+fn with_room<'a>(infos: Vec<&'a DeviceInfo>, scene: &Scene, quiet: bool) -> Result<Vec<&'a DeviceInfo>> {
+    let needed = announced_memory(scene);
+    let mut able = Vec::new();
+    let mut refusals = Vec::new();
+    for info in infos {
+        match needed.check(info) {
+            Ok(()) => able.push(info),
+            Err(error) => refusals.push(error),
+        }
+    }
+    if able.is_empty()
+        && let Some(error) = refusals.pop()
+    {
+        return Err(error);
+    }
+    if !quiet {
+        refusals.iter().for_each(|error| say(&format!("note: left out: {error}")));
+    }
+    Ok(able)
 }
 
 /// `--device`, else `SVETLO_DEVICE` unless it is empty, as an unset variable of a script is.

@@ -92,6 +92,7 @@ pub struct Faults {
     all: AtomicU64,
     counts: [AtomicU64; Call::ALL.len()],
     lost: AtomicBool,
+    struck: AtomicBool,
 }
 
 impl Faults {
@@ -113,6 +114,11 @@ impl Faults {
     /// Calls of one kind so far.
     pub fn calls_of(&self, call: Call) -> u64 {
         self.counts[call as usize].load(Ordering::Relaxed)
+    }
+
+    /// Whether any call has failed: launches follow the time they take, so that there may be fewer than once before.
+    pub fn struck(&self) -> bool {
+        self.struck.load(Ordering::Relaxed)
     }
 
     /// What the variable `SVETLO_FAULT` plans for the device of this selector, if anything. Every device has one plan as
@@ -148,10 +154,15 @@ impl Faults {
         if self.rules.iter().any(|rule| matches!(rule, Rule::Lose(first) if all >= *first)) {
             self.lost.store(true, Ordering::Relaxed);
         }
-        if self.lost.load(Ordering::Relaxed) {
-            return Some(LOST);
+        let status = if self.lost.load(Ordering::Relaxed) {
+            Some(LOST)
+        } else {
+            self.rules.contains(&Rule::Fail(call, number)).then(|| call.status())
+        };
+        if status.is_some() {
+            self.struck.store(true, Ordering::Relaxed);
         }
-        self.rules.contains(&Rule::Fail(call, number)).then(|| call.status())
+        status
     }
 }
 
