@@ -149,8 +149,8 @@ impl PhotonMap {
     /// Makes the map of these slots, to be gathered within `radius` (local units) of points.
     ///
     /// # Errors
-    /// [`Error::Failed`] when there are more slots than the capacity or than there are, the radius is none, photons lie on surfaces that have
-    /// no plane where cells do, or the device fails.
+    /// [`Error::Failed`] when there are more slots than the capacity or than there are, the radius is none, photons lie on
+    /// surfaces that have no plane where cells do, or the device fails.
     pub fn build(
         &mut self,
         device: &Device,

@@ -105,6 +105,11 @@ impl Queue {
         fresh
     }
 
+    /// Whether a sample has come in whose turn it is and that nobody adds: who was to do so may have failed.
+    pub fn has_next(&self) -> bool {
+        !self.adding && self.waiting.contains_key(&self.next)
+    }
+
     /// The sample whose turn it is, if nobody adds one now; [`Queue::added_one`] or [`Queue::put_back`] must follow.
     pub fn begin_adding(&mut self) -> Option<Sample> {
         if self.adding {
@@ -149,7 +154,9 @@ mod tests {
         assert!(!queue.deliver(5, sample()));
         queue.release(5, 1);
         assert_eq!(queue.take(1, 2, 6), None);
+        assert!(!queue.has_next());
         queue.put_back(first);
+        assert!(queue.has_next());
         for added in [6, 7] {
             assert!(queue.begin_adding().is_some());
             queue.added_one();

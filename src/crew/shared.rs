@@ -21,6 +21,8 @@ pub(super) enum Order {
     Rows(Unit, Box<Rows>),
     /// This sample of all pixels.
     Pass(u32),
+    /// To add what has come in to the film.
+    Add,
     /// Nothing more.
     Leave,
 }
@@ -274,6 +276,9 @@ impl Shared<'_> {
                     }
                 }
                 Work::Passes(queue) => {
+                    if queue.has_next() {
+                        return Order::Add;
+                    }
                     if let Some(sample) = queue.take(me, members, goal) {
                         state.members[me].held = Held::Pass(sample);
                         return Order::Pass(sample);
@@ -363,6 +368,7 @@ impl Shared<'_> {
             Ok(film) => film,
             Err(error) => {
                 queue.put_back(sample);
+                self.work.notify_all();
                 return Err(error);
             }
         };

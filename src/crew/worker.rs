@@ -46,6 +46,7 @@ fn serve(shared: &Shared<'_>, plan: &Plan<'_>, device: Device, me: usize) -> Res
         let begun = session.progress().launches;
         match shared.order(me, pacer.next(64)) {
             Order::Leave => return Ok(()),
+            Order::Add => add_samples(shared, &session, folder.as_mut(), 0)?,
             Order::Rows(unit, mut rows) => {
                 let start = Instant::now();
                 if session.compute(&mut rows, unit.first_sample + unit.samples, &go_on)? {
