@@ -101,7 +101,10 @@ fn together(
             let Progress { samples, tiles, .. } = crew.progress();
             assert_eq!((samples, tiles), (goal, 0));
         }
-        (Ok(picture(&crew)), notes, crew.shifts())
+        // One may be lost at the very end: what the shifts know has its note by then.
+        let shifts = crew.shifts();
+        notes.extend(crew.take_notes());
+        (Ok(picture(&crew)), notes, shifts)
     })
 }
 
@@ -180,7 +183,7 @@ fn lose_devices(rounds: u32) {
             assert_same(&format!("{name}, lost at call {call}"), &found.unwrap(), &expected);
             // One that has had less to do than alone may have met its end too late.
             let lost = shifts.iter().filter(|shift| shift.lost.is_some()).count();
-            assert_eq!(notes.len(), lost, "{notes:?}");
+            assert!((lost..=1).contains(&notes.len()), "{lost} lost: {notes:?}");
             assert!(notes.iter().all(|note| note.contains("is left out from now on: ")), "{notes:?}");
         }
     }
