@@ -14,7 +14,7 @@ use crate::device::{Catalog, Device, DeviceInfo};
 use crate::irradiance::LightData;
 use crate::picture::{check_writable, remove_leftovers};
 use crate::render::{
-    BRICK_SHIFT, Ended, Plan, Rendering, Saved, SceneData, Session, Share, Spent, announced_memory,
+    BRICK_SHIFT, Ended, Observer, Plan, Rendering, Saved, SceneData, Session, Share, Spent, announced_memory,
     data_hash, method_name, preview_tonemap, run as run_progressive,
 };
 use crate::scene::{Method, Scene, Stop};
@@ -237,6 +237,8 @@ impl Job<'_> {
         };
         let ended = run_progressive(session, plan, &stop, &mut watcher);
         watcher.view.finish();
+        // Of what was lost with the last samples, too.
+        session.take_notes().iter().for_each(|note| watcher.note(note));
         let ended = ended.map_err(|error| or_interrupted(&self.interrupt, error))?;
         if ended == Ended::Interrupted && session.progress().samples == 0 {
             // A picture with holes must not replace an older one.
