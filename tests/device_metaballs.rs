@@ -42,12 +42,9 @@ fn crossings(body: &Metaballs, rays: &[Ray]) -> Vec<Option<Crossing>> {
     let balls: Vec<DeviceBall> = body
         .balls
         .iter()
-        .map(|b| DeviceBall {
-            place: [b.centre.x as f32, b.centre.y as f32, b.centre.z as f32, b.radius as f32],
-            weight: b.weight as f32,
-            pad_0: 0,
-            pad_1: 0,
-            pad_2: 0,
+        .map(|b| {
+            let place = [b.centre.x as f32, b.centre.y as f32, b.centre.z as f32, b.radius as f32];
+            DeviceBall::new(place, b.weight as f32)
         })
         .collect();
     let text = "float t = -1.0f;\nfloat3 n = (float3)(0.0f);\n\

@@ -174,7 +174,7 @@ impl Maker<'_> {
                     finite(&[place], index)?;
                     // Over the threshold: any scale of the field will do.
                     let weight = (ball.weight / threshold) as f32;
-                    self.balls.push(DeviceBall { place, weight, pad_0: 0, pad_1: 0, pad_2: 0 });
+                    self.balls.push(DeviceBall::new(place, weight));
                 }
                 DeviceShape {
                     a: float4(low, 0.0),
