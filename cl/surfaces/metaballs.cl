@@ -102,8 +102,8 @@ INLINE float quartic_crossing(struct Quartic quartic) {
 }
 
 // The first place in (0, 1] where a quartic that starts with a <= 0 gets above 0, or -1. Intervals are halved until
-// their coefficients tell; the one at hand is [index, index + 1] / 2^depth.
-INLINE float quartic_rise(struct Quartic whole) {
+// their coefficients tell; the one at hand is [index, index + 1] / 2^depth. If `any`, a place before the crossing will do.
+INLINE float quartic_rise(struct Quartic whole, bool any) {
     uint depth = 0;
     uint index = 0;
     // Four crossings at most, each of which halves at most METABALLS_DEPTH times and looks at both halves.
@@ -117,7 +117,7 @@ INLINE float quartic_rise(struct Quartic whole) {
         bool b = part.b > 0.0f, c = part.c > 0.0f, d = part.d > 0.0f, e = part.e > 0.0f;
         int changes = (int)b + (int)(b != c) + (int)(c != d) + (int)(d != e);
         if (changes == 1 || (e && depth == METABALLS_DEPTH)) {
-            return start + width * quartic_crossing(part);
+            return any ? start : start + width * quartic_crossing(part);
         }
         if (changes != 0 && depth < METABALLS_DEPTH) {
             ++depth;
@@ -222,9 +222,10 @@ INLINE float3 metaballs_normal(__global const struct Ball *balls, uint first, ui
 
 // The first place between t_min and t_max where the ray goes through the surface F = 0 of balls [first, first + count).
 // At t_min it is on the side that F there tells. The direction has unit length; the normal, too, points out of the
-// body, so that direction . normal < 0 where the ray enters it.
+// body, so that direction . normal < 0 where the ray enters it. If `any`, it is enough that there is one: *t is some
+// place before it, and there is no normal.
 INLINE bool metaballs_hit(__global const struct Ball *balls, uint first, uint count, float threshold, float3 origin,
-    float3 direction, float t_min, float t_max, float *t, float3 *normal) {
+    float3 direction, float t_min, float t_max, bool any, float *t, float3 *normal) {
     struct Stay stay = stay_in_balls(balls, first, count, origin, direction, t_min, t_max);
     if (stay.most <= threshold) {
         return false;
@@ -241,10 +242,11 @@ INLINE bool metaballs_hit(__global const struct Ball *balls, uint first, uint co
             sign = -1.0f;
             field = (struct Quartic){ -field.a, -field.b, -field.c, -field.d, -field.e };
         }
-        float s = quartic_rise(field);
+        float s = quartic_rise(field, any);
         if (s >= 0.0f) {
             float middle = 0.5f * (at + next);
             *t = middle + (s - 0.5f) * (next - at);
+            if (any) return true;
             float3 out = metaballs_normal(balls, first, count, origin + *t * direction, -direction * sign);
             // Rounding may tilt the normal of a grazing ray past the ray.
             float slope = sign * dot(out, direction);

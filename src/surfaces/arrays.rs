@@ -72,7 +72,9 @@ impl SurfaceArrays {
         for (index, surface) in surfaces.iter().enumerate() {
             maker.add(index, &surface.shape, meshes)?;
         }
-        let Maker { planes, bounded, balls, normals, .. } = maker;
+        let Maker { planes, mut bounded, balls, normals, .. } = maker;
+        // In a leaf, too, they are asked last: they cost most, and not at all behind what is nearer.
+        bounded.sort_by_key(|(shape, _)| shape.kind == kind::METABALLS);
         let plane_count = planes.len();
         let boxes: Vec<Bounds> = bounded.iter().map(|(_, bounds)| *bounds).collect();
         let (mut nodes, order) = bvh::build(&boxes);
