@@ -102,8 +102,8 @@ INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit, u
         float3 face = hit->inside ? -hit->face : hit->face;
         // A loop, so that its body stands once in the kernel.
         for (uint i = 0; i < MAPS; ++i) {
-            irradiance +=
-                scale * gathered_irradiance(&sample->maps[i], hit->point, face, hit->surface, &sample->looked_at);
+            irradiance += scale
+                * gathered_irradiance(&sample->maps[i], hit->point, face, hit->surface, hit->inside, &sample->looked_at);
         }
     }
     return irradiance;

@@ -5,8 +5,8 @@ use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::caustics::{
-    Emitter, MapSettings, PhotonTracer, Receiver, diffuse_light_returns, emitters, map_settings, mean_color,
-    medium_setup, photon_settings, reach, receiver, specialise_medium,
+    Emitter, MapSettings, Photon, PhotonTracer, Receiver, diffuse_light_returns, emitters, map_settings,
+    mean_color, medium_setup, photon_settings, reach, receiver, specialise_medium,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene, Surface};
@@ -147,6 +147,13 @@ pub fn prepare(
     let settings = Caustics { bounces: if volume.is_some() { 0 } else { settings.bounces }, ..settings };
     // Before the lights: those of the medium have no say.
     let medium = volume.map(|input| medium_setup(input, &settings, frame)).transpose()?;
+    if scene.surfaces.len() > Photon::MOST_SURFACES {
+        return Err(Error::Input(format!(
+            "the scene has {} surfaces, and photons can tell {} apart: make meshes of some of them",
+            scene.surfaces.len(),
+            Photon::MOST_SURFACES
+        )));
+    }
     let surfaces = SurfaceArrays::new(&scene.surfaces, &scene.materials, meshes, local)?;
     let lights = device_lights(&scene.lights, local, frame);
     let map = map_settings(&settings.gather);
