@@ -299,7 +299,7 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
         branches[0].direction = ray.direction;
         branches[0].weight = (float3)(1.0f);
         branches[0].bounces = 0u;
-        branches[0].within = within_none();
+        branches[0].within = within_at(&s.surfaces, branches[0].origin, ray.direction);
 #ifdef DISPERSION
         branches[0].wavelength = 0.0f;
 #endif

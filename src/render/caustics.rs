@@ -9,7 +9,7 @@ use crate::caustics::{
     mean_color, medium_setup, photon_settings, reach, receiver, specialise_medium,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
-use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene, Surface};
+use crate::scene::{Background, CameraKind, Caustics, CausticsDirect, Light, Method, Scene, Surface};
 use crate::sort::CellRanges;
 use crate::surfaces::{self, Bounds, DeviceMaterial, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
 use crate::{Error, Result, device_struct};
@@ -182,7 +182,8 @@ pub fn prepare(
         .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
         .feature("RECTANGLES", frame.rectangle_count > 0)
         .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays)
-        .feature("BOUNCED", bounced.is_some());
+        .feature("BOUNCED", bounced.is_some())
+        .feature("BEGINS_WITHIN", surfaces.may_begin_within(&camera_places(scene, local), medium.is_some()));
     let mut tables = Vec::new();
     if let Some(medium) = &medium {
         spec = specialise_medium(spec, medium);
@@ -214,6 +215,18 @@ pub fn prepare(
             medium,
         })),
     })
+}
+
+/// Where rays of the camera begin: a box around these places, local units.
+fn camera_places(scene: &Scene, local: &LocalFrame) -> Bounds {
+    let (camera, image) = (&scene.camera, &scene.image);
+    let half = match camera.kind {
+        CameraKind::Perspective { aperture, .. } => aperture,
+        CameraKind::Orthographic { height } => {
+            0.5 * height * f64::hypot(1.0, f64::from(image.width) / f64::from(image.height))
+        }
+    };
+    Bounds { low: local.point(camera.position - half), high: local.point(camera.position + half) }
 }
 
 /// No larger table of cells than so many photons need.
