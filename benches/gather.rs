@@ -30,7 +30,7 @@ __kernel void bench_gather(PHOTON_MAP_ARGUMENTS(map), __global float4 *out, floa
     struct PhotonMap map = PHOTON_MAP(map);
     float3 point = (float3)(((float)(i % width) + 0.5f) / (float)width, ((float)(i / width) + 0.5f) / (float)height, 0.0f);
     uint looked_at = 0;
-    float3 found = gathered_irradiance(&map, floor_size * point, (float3)(0.0f, 0.0f, 1.0f), 0u, &looked_at);
+    float3 found = gathered_irradiance(&map, floor_size * point, (float3)(0.0f, 0.0f, 1.0f), 0u, false, &looked_at);
     out[i] = (float4)(found, as_float(looked_at));
 }
 ";
@@ -77,9 +77,10 @@ fn floor(photons: usize) -> Vec<Photon> {
         };
         // Packed octahedrally.
         let down = f32::from_bits(u32::MAX);
+        let facing_up = (32 | 32 << 6) << 19 | 1;
         Photon {
             position: [(FLOOR * x) as f32, (FLOOR * y) as f32, 0.0, down],
-            flux: [1.0, 1.0, 1.0, f32::from_bits(1)],
+            flux: [1.0, 1.0, 1.0, f32::from_bits(facing_up)],
         }
     };
     (0..photons).map(one).collect()

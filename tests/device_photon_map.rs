@@ -6,7 +6,7 @@ mod photon_maps;
 
 use common::EPS;
 use glam::{DVec3, dvec3};
-use photon_maps::{Found, Gathering, Query, empty, onto, photon, stored};
+use photon_maps::{Found, Gathering, Query, empty, photon, sided, stored};
 use svetlo::caustics::{Acceleration, MapSettings, Photon, PhotonMap, Receiver, Weighting};
 use svetlo::device::Buffer;
 use svetlo::reference::photons::{
@@ -73,18 +73,19 @@ impl Scene {
 
     /// Slots of photons: two thirds of them hold one, on either side of either surface.
     fn photons(&self, count: usize, seed: u32) -> (Vec<Photon>, Vec<StoredPhoton>) {
-        let random = common::noise(8 * count, seed);
+        let random = common::noise(7 * count, seed);
         let one = |u: &[f64]| {
             if u[0] < 1.0 / 3.0 {
                 return (empty(), stored(&empty(), DVec3::X));
             }
             let surface = u32::from(u[1] < 0.4);
             let (point, normal) = self.point(surface, u[2], u[3]);
-            let direction = onto(if u[4] < 0.3 { -normal } else { normal }, u[5], u[6]);
-            let slot = photon(point, direction, [u[7], 1.0, 0.5 + u[5]], surface);
-            (slot, stored(&slot, direction))
+            let inside = u[4] < 0.3;
+            let facing = if inside { -normal } else { normal };
+            let slot = sided(point, facing, inside, [u[6], 1.0, 0.5 + u[5]], surface);
+            (slot, stored(&slot, facing))
         };
-        random.chunks_exact(8).map(one).unzip()
+        random.chunks_exact(7).map(one).unzip()
     }
 
     /// Points on both sides of both surfaces, some of them beyond all photons.
@@ -93,7 +94,8 @@ impl Scene {
         let one = |u: &[f64]| {
             let surface = u32::from(u[0] < 0.5);
             let (point, normal) = self.point(surface, 1.4 * u[1] - 0.2, 1.4 * u[2] - 0.2);
-            Query::new(point, if u[3] < 0.5 { normal } else { -normal }, surface)
+            let front = Query::new(point, normal, surface);
+            if u[3] < 0.5 { front } else { front.behind() }
         };
         random.chunks_exact(4).map(one).collect()
     }
@@ -107,7 +109,7 @@ fn vector(v: [f32; 3]) -> DVec3 {
 fn place(query: &Query, radius: f64) -> Place {
     let [point, normal] = [query.point, query.normal].map(vector);
     let thickness = (0.004 * radius + 4e-6 * point.abs().max_element()).min(0.25 * radius);
-    Place { point, normal, surface: query.surface, thickness }
+    Place { point, normal, inside: query.inside, surface: query.surface, thickness }
 }
 
 /// What a point should get, and what it would if all photons within the radius counted alike.
@@ -146,6 +148,41 @@ fn every_structure_finds_what_its_twin_finds() {
                 let found = scene.gathering.irradiance(settings, &slots, radius as f32, &queries);
                 agree(&what, &found, &expected, count);
             }
+        }
+    }
+}
+
+/// On a curved surface, which has photons on both sides that face anywhere; on meshes, either side is as good.
+#[test]
+fn photons_that_face_elsewhere_do_not_count() {
+    let random = common::noise(7 * 2000, 22);
+    let radius = 0.4;
+    for receiver in [Receiver::curved(), Receiver::mesh()] {
+        let gathering = Gathering::new(vec![receiver]);
+        let either = receiver == Receiver::mesh();
+        let photons = random.chunks_exact(7).map(|u| {
+            let place = dvec3(u[0] - 0.5, u[1] - 0.5, 0.2 * (u[2] - 0.5));
+            // Up to 61 degrees off the normal, or 80 and more: steps of the packed normals do not change what counts.
+            let off = if u[3] < 0.5 { 2.0 * u[3] * 61.0 } else { 80.0 + 200.0 * (u[3] - 0.5) };
+            let ((sin, cos), turn) = (off.to_radians().sin_cos(), std::f64::consts::TAU * u[4]);
+            let facing = dvec3(sin * turn.cos(), sin * turn.sin(), cos);
+            let slot = sided(place, facing, u[5] < 0.5, [u[6], 1.0, 0.5], 0);
+            (slot, StoredPhoton { inside: slot.is_inside() && !either, ..stored(&slot, facing) })
+        });
+        let (slots, twin): (Vec<_>, Vec<_>) = photons.unzip();
+        let front = (0..50).map(|i| Query::new(dvec3(0.01 * f64::from(i) - 0.2, 0.1, 0.0), DVec3::Z, 0));
+        let queries: Vec<Query> = front.flat_map(|front| [front, Query { inside: true, ..front }]).collect();
+        let of = |query: &Query, weight| {
+            let inside = query.inside && !either;
+            let place = Place { inside, thickness: 0.25 * radius, ..place(query, radius) };
+            irradiance(&twin, &place, radius, weight)
+        };
+        let expect = |query| Expected { sums: of(query, cone), unweighted: of(query, constant) };
+        let expected: Vec<_> = queries.iter().map(expect).collect();
+        for acceleration in [Acceleration::BruteForce, Acceleration::Lexicographic, Acceleration::Voxels] {
+            let settings = plain(acceleration, Weighting::Cone);
+            let found = gathering.irradiance(settings, &slots, radius as f32, &queries);
+            agree(&format!("{receiver:?}, {acceleration:?}"), &found, &expected, 2000);
         }
     }
 }
@@ -197,7 +234,7 @@ fn neighbours_across_faces_of_cells_are_found() {
             let places: Vec<DVec3> =
                 places.into_iter().map(|p| vector(p) * dvec3(1.0, 1.0, surface.into())).collect();
             let slots: Vec<Photon> =
-                places.iter().map(|&place| photon(place, DVec3::NEG_Z, [1.0; 3], surface)).collect();
+                places.iter().map(|&place| photon(place, DVec3::Z, [1.0; 3], surface)).collect();
             let queries: Vec<Query> =
                 places.iter().map(|&place| Query::new(place, DVec3::Z, surface)).collect();
             let gather = |settings| {
@@ -226,7 +263,7 @@ fn photons_in_one_cell_and_slots_without_any_are_mapped() {
     let gathering = Gathering::new(vec![Receiver::plane(DVec3::ZERO, DVec3::Z)]);
     let query = [Query::new(dvec3(0.25, 0.0, 0.0), DVec3::Z, 0)];
     for (name, settings) in structures(Weighting::Constant) {
-        let slots = [photon(DVec3::ZERO, DVec3::NEG_Z, [1.0; 3], 0); 1000];
+        let slots = [photon(DVec3::ZERO, DVec3::Z, [1.0; 3], 0); 1000];
         let (map, facts) = gathering.map(settings, &slots, 0.5);
         assert_eq!(facts.valid, 1000);
         let found = gathering.gather("probe_irradiance", &map, &query)[0];
@@ -353,8 +390,8 @@ fn what_cannot_be_mapped_is_refused() {
             .to_string()
     };
     let settings = plain(Acceleration::Planar, Weighting::Cone);
-    let flat = [photon(DVec3::ZERO, DVec3::NEG_Z, [1.0; 3], 0); 2];
-    let round = [photon(DVec3::ZERO, DVec3::NEG_Z, [1.0; 3], 2); 3];
+    let flat = [photon(DVec3::ZERO, DVec3::Z, [1.0; 3], 0); 2];
+    let round = [photon(DVec3::ZERO, DVec3::Z, [1.0; 3], 2); 3];
     assert_eq!(
         error(settings, 3, &round, 0.1),
         "3 photons lie on surfaces that are no planes, parallelograms or disks: cells in planes cannot hold them, voxels can"

@@ -136,6 +136,30 @@ fn scale_before_translation() {
 }
 
 #[test]
+fn lines_may_go_on() {
+    let text =
+        "v 0 0 \\\n  0\r\nv 2 \\\r\n 0 0\nv 0 1 0\n# no end\\\nv 0 0 1\nf 1 \\\n 2 \\\n\\\n 3\nf 1 3 4\\";
+    let mesh = read("a.obj", text.as_bytes()).unwrap().of(0).unwrap().clone();
+    let corners: Vec<_> = mesh.faces().map(|(corners, _)| corners).collect();
+    assert_eq!(corners, [[DVec3::ZERO, 2.0 * DVec3::X, DVec3::Y], [DVec3::ZERO, DVec3::Y, DVec3::Z]]);
+    // Lines are counted as they stand.
+    let wrong = "v 0 0 \\\n 0\nv 2 0 0\nv 0 1 0\nf 1 2 \\\n 3\nf 1 2 9\n";
+    let error = read("a.obj", wrong.as_bytes()).unwrap_err();
+    assert!(error.contains("line 7: `9` names `v` 9, but the file has 3 vertices"), "{error}");
+}
+
+#[test]
+fn faces_that_are_none_are_noted() {
+    let text = "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\nf 3\nl 1 2\n";
+    let notes = read("a.obj", text.as_bytes()).unwrap().notes;
+    assert_eq!(notes[0], "a.obj: 2 faces of fewer than three vertices left out");
+    let header = ply_header("ascii", 3, 2).replace("property uchar red\n", "");
+    let rows = "0 0 0\n2 0 0\n0 1 0\n3 0 1 2\n2 0 1\n";
+    let notes = read("a.ply", (header + rows).as_bytes()).unwrap().notes;
+    assert_eq!(notes[0], "a.ply: 1 face of fewer than three vertices left out");
+}
+
+#[test]
 fn what_files_may_say_besides() {
     let text = "# caf\u{e9}\r\nmtllib none.mtl\r\no one\r\nv 0 0 0 1\r\nv 2 0 0 2\r\nv 0 1 0\r\nvt 0 0\r\n\
                 vn 0 0 2\r\nusemtl red\r\ns off\r\nf -3/1/1 -2/1/1 -1/1/1\r\ng two\r\nv 0 0 1\r\nusemtl blue\r\n\

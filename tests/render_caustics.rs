@@ -64,6 +64,7 @@ fn place(index: usize, pixels: u32, extent: f64) -> (f64, f64) {
     (extent * ((i as f64 + 0.5) / n - 0.5), extent * (0.5 - (j as f64 + 0.5) / n))
 }
 
+const BALL: &str = "[[surface]]\nkind = \"sphere\"\ncentre = [0, 0, 1]\nradius = 0.25\nmaterial = ";
 const FLOOR: &str = "[[surface]]\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = ";
 
 #[test]
@@ -184,6 +185,25 @@ fn a_rectangle_light_brings_what_its_form_factor_says() {
     let sigma = (pixel.variance().unwrap()[0] / 40_000.0).sqrt();
     close("radiance", pixel.mean()[0], 3.0 * factor, 5.0 * sigma);
     assert!(sigma < 0.01 * factor, "{sigma}");
+}
+
+#[test]
+fn what_is_too_small_beside_glass_is_noted() {
+    let text = |large: f64| {
+        format!(
+            "{}{BALL}\"white\"\n[[surface]]\nkind = \"sphere\"\ncentre = [0, 0, 0]\nradius = {large}\nmaterial = \"glass\"\n\
+             [[light]]\nkind = \"point\"\nposition = [0, 0, 2]\nintensity = 1\n[method]\nkind = \"caustics\"\n",
+            from_above(4, 1.0, "point")
+        )
+    };
+    let note =
+        |large| Case::new(&text(large)).plan().notes.iter().find(|note| note.contains("wide")).cloned();
+    assert_eq!(note(1e2), None);
+    let note = note(1e6).unwrap();
+    assert!(
+        note.starts_with("`surface.0` is 5.00e-1 wide, and rays start 3.8e0 off surfaces there"),
+        "{note}"
+    );
 }
 
 /// A glass sphere of radius 1 in light that goes down, the floor at distance 2 below its centre; the floor alone is seen.
@@ -382,6 +402,11 @@ fn what_cannot_be_rendered_is_refused_in_words() {
          gather = {{ weights = \"paper\", intensity = 1 }}\n"
     ));
     assert!(message.contains("`method.bounces` must be 0"), "{message}");
+    let message = error(&format!(
+        "{base}{FLOOR}\"white\"\n[[light]]\nkind = \"point\"\nposition = [0, 0, 1]\nintensity = 1\n[method]\nkind = \"caustics\"\n\
+         photons = 2147483647\n{BALL}\"glass\"\n"
+    ));
+    assert!(message.starts_with("`method.photons` = 2147483647 is too large"), "{message}");
     let message = error(&format!("{base}{FLOOR}\"white\"\n[method]\nkind = \"mip\"\n"));
     assert!(message.contains("caustics") && message.contains("volume"), "{message}");
 }

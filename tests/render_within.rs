@@ -25,6 +25,8 @@ const SUN: &str = "[[light]]\nkind = \"directional\"\ndirection = [0, 0, -1]\nir
 const LAMP: &str = "[[light]]\nkind = \"point\"\nposition = [0, 0, 0.75]\nintensity = 1\n";
 const PHOTONS: &str = "[method]\nkind = \"caustics\"\nphotons = 10000\nradius = 0.2\nbounces = 0\n\
     [method.emission]\ntarget = { centre = [0, 0, 3.5], edge_u = [2, 0, 0], edge_v = [0, 2, 0] }\n";
+const DEEP_POOL: &str =
+    "[[surface]]\nkind = \"plane\"\npoint = [0, 0, 5]\nnormal = [0, 0, 1]\nmaterial = \"water\"\n";
 const NO_PHOTONS: &str = "[method]\nkind = \"caustics\"\nphotons = 0\n";
 
 /// Rays start off the surface that they leave by 32 roundings of its coordinates, here up to 12: at most 12 times on the way to
@@ -96,19 +98,72 @@ fn lamps_in_water_light_the_ground_through_it() {
 }
 
 #[test]
-fn there_is_no_fog_in_water() {
-    // Fog from the ground to z = 2 that scatters nothing; of that, only what is above the water takes of the view.
-    let fog = |sigma: f64| {
-        format!(
-            "{VIEW}{}{POOL}{LAMP}{NO_PHOTONS}[volume]\nfield = {{ kind = \"constant\" }}\ndims = [1, 1, 1]\nspacing = [4, 4, 2]\n\
+fn cameras_in_amber_in_water_look_out_of_both() {
+    // The camera at z = 4; light from above through all of it.
+    let bodies = [cuboid(1.0, 5.0, "water"), cuboid(3.5, 4.5, "amber")].concat();
+    differ_by(&format!("{bodies}{SUN}{PHOTONS}"), |_, c| 5.5 * WATER[c] + 1.5 * AMBER[c]);
+    // A ball of amber instead, and half-spaces of water, one of which is not there to be left on the way down.
+    let ball = "[[surface]]\nkind = \"sphere\"\ncentre = [0, 0, 4]\nradius = 0.75\nmaterial = \"amber\"\n";
+    differ_by(&format!("{ball}{DEEP_POOL}{LAMP}{NO_PHOTONS}"), |index, c| {
+        let [x, y] = [index % 4, index / 4].map(|i| (i as f64 - 1.5) / 4.0);
+        let amber = (0.75_f64.powi(2) - x * x - y * y).sqrt();
+        AMBER[c] * amber + WATER[c] * (4.0 - amber + (0.75_f64.powi(2) + x * x + y * y).sqrt())
+    });
+}
+
+#[test]
+fn photons_of_lamps_in_amber_in_water_lose_what_both_take() {
+    // The lamp is 0.75 above the ground, in a ball of amber of radius 0.2, or in a plate of it from 0.5 to 1. Photons go
+    // through a square of 1 that is 0.5 below the lamp.
+    let ball = "[[surface]]\nkind = \"sphere\"\ncentre = [0, 0, 0.75]\nradius = 0.2\nmaterial = \"amber\"\n";
+    let method = "[method]\nkind = \"caustics\"\nphotons = 40000\nradius = 0.2\nbounces = 0\ndirect = \"photons\"\n\
+        [method.emission]\ntarget = { centre = [0, 0, 0.25], edge_u = [1, 0, 0], edge_v = [0, 1, 0] }\n";
+    type Amber = fn(f64) -> f64;
+    let bodies: [(String, Amber); 2] =
+        [(ball.into(), |_| 0.2), (cuboid(0.5, 1.0, "amber"), |slant| 0.25 * slant)];
+    for (body, amber) in bodies {
+        let text =
+            format!("{VIEW}{}{}{body}{POOL}{LAMP}{method}", glass("water", WATER), glass("amber", AMBER));
+        let flux = render(&text).1.flux;
+        // The mean over the solid angle of the square, by the midpoints of 400 cells.
+        let (mut sum, mut whole) = (0.0, 0.0);
+        for i in 0..400 {
+            let [x, y] = [i % 20, i / 20].map(|k| (f64::from(k) + 0.5) / 20.0 - 0.5);
+            let slant = (x * x + y * y + 0.25).sqrt() / 0.5;
+            let left = |c: usize| (-AMBER[c] * amber(slant) - WATER[c] * (0.75 * slant - amber(slant))).exp();
+            whole += slant.powi(-3);
+            sum += slant.powi(-3) * (left(0) + left(1) + left(2)) / 3.0;
+        }
+        // Photons in cells of 1/200: sums of smooth functions to 1e-4, those of the quadrature to 1e-3.
+        close("stored", flux.stored / flux.emitted, sum / whole, 2e-3);
+        close("ledger", flux.imbalance(), 0.0, 1e-5);
+    }
+}
+
+/// The pool seen with fog from the ground to z = 2 that scatters nothing, and without.
+fn in_fog(pool: &str) -> [Vec<FilmPixel>; 2] {
+    [0.7, 0.0].map(|sigma| {
+        let text = format!(
+            "{VIEW}{}{pool}{LAMP}{NO_PHOTONS}[volume]\nfield = {{ kind = \"constant\" }}\ndims = [1, 1, 1]\nspacing = [4, 4, 2]\n\
              origin = [-2, -2, 0]\nwindow = {{ lo = 0, hi = 1 }}\n[transfer]\npoints = [{{ value = 0, opacity = 1, color = 0 }}]\n\
              [medium]\nsigma_max = {sigma}\n",
             glass("water", [0.0; 3])
-        )
-    };
-    let [(dim, _), (clear, _)] = [0.7, 0.0].map(|sigma| render(&fog(sigma)));
+        );
+        render(&text).0
+    })
+}
+
+#[test]
+fn there_is_no_fog_in_water() {
+    // Only what is above the water takes of the view.
+    let [dim, clear] = in_fog(POOL);
     for (dim, clear) in dim.iter().zip(&clear) {
         let expected = clear.mean()[0] * (-0.7_f64).exp();
         close("fog", dim.mean()[0], expected, 40.0 * EPS * expected);
+    }
+    // With the camera in the water, nothing.
+    let [dim, clear] = in_fog(DEEP_POOL);
+    for (dim, clear) in dim.iter().zip(&clear) {
+        assert_eq!((dim.mean(), clear.mean()[0] > 0.0), (clear.mean(), true));
     }
 }

@@ -75,7 +75,7 @@ INLINE struct Photon follow_on(__global const struct PhotonFrame *frame, const s
             places = bounces;
             if (places > 0u && u.x * (float)places < 1.0f) {
                 photon.position = (float4)(hit.point, as_float(pack_direction(flight->direction)));
-                photon.flux = (float4)(flight->flux, as_float(hit.surface + 1u));
+                photon.flux = (float4)(flight->flux, as_float(hit_mark(&hit)));
             }
             float3 albedo = material->color.xyz;
             cut = bounces >= frame->bounces;

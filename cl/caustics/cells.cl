@@ -1,5 +1,6 @@
 // Where photons and points lie among the cells of the map. One function for both, so that points find what was sorted
 // in: the cells are wider than the radius by more than the rounding of this (see src/caustics/map_cells.rs).
+#include "caustics/marks.cl"
 #include "common/inline.cl"
 #include "types/photon.cl"
 #include "types/photon_map.cl"

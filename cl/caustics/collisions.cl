@@ -23,7 +23,7 @@ INLINE struct Kept kept_none(void) {
     return kept;
 }
 
-// Offers a place; `mark`: the surface + 1, or IN_MEDIUM.
+// Offers a place; `mark`: of a surface, or IN_MEDIUM.
 INLINE void offer_place(struct Kept *kept, struct Medium *medium, float3 point, float3 direction, float3 flux,
     uint mark) {
     // Channels may be negative.

@@ -214,7 +214,6 @@ INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global con
     flight.shifts = philox4x32((uint4)(pass, 0u, 0u, RNG_PHOTON_SHIFT), seed);
     float2 within = (float2)(uniform_float(flight.place.x), uniform_float(flight.place.y));
     flight.cell = grid_cell(index - emitter->first, emitter->count, emitter->rows, within);
-    flight.within = within_none();
     switch (emitter->way) {
     case EMIT_POINT:
         emit_from_point(emitter, &flight);
@@ -236,5 +235,8 @@ INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global con
         emit_from_rectangle(emitter, &flight);
         break;
     }
+    // Parallel light begins outside of everything.
+    bool outside = emitter->way == EMIT_DIRECTIONAL;
+    flight.within = outside ? within_none() : within_at(surfaces, flight.origin, flight.direction);
     return flight;
 }

@@ -8,7 +8,7 @@
 // exactly, as in the plane, so the kernels keep their norm there; projected, photons would lie too close.
 #include "caustics/cells.cl"
 #include "caustics/edges.cl"
-#include "caustics/packed.cl"
+#include "caustics/marks.cl"
 #include "caustics/weights.cl"
 #include "sort/search.cl"
 #ifdef MEDIUM
@@ -18,7 +18,7 @@
 
 struct PhotonMap {
     __global const struct MapFrame *frame;
-    __global const float *photons;            // in order, an array each of x, y, z, r, g, b, direction, surface + 1
+    __global const float *photons;            // in order, an array each of x, y, z, r, g, b, direction, mark
     __global const uint *keys;                // of the photons in order
     __global const uint2 *ranges;             // by cell: its first photon and the one behind its last, or twice 0
     __global const struct Receiver *receivers; // by surface
@@ -31,11 +31,14 @@ struct PhotonMap {
 struct Query {
     float3 point;
     float3 normal;   // towards the viewer: photons came from that side
+    uint surface;
+    uint mark;       // of its photons on that side
+    uint marked;     // the bits of it that count
+    bool bent;       // the surface faces several ways
     float radius;
     float square;    // radius^2
     float inverse;   // 1 / radius
     float thickness; // photons lie at most so far out of the tangent plane
-    uint surface;
     bool medium;     // photons in a medium: of no surface and no side
 #ifdef MEDIUM
     struct Phase phase;
@@ -98,13 +101,9 @@ INLINE void gather_range(__global const float *photons, const struct MapFrame *f
 #ifdef MOST_ARE_FAR
         if (!BATCH_ANY(near)) continue;
 #endif
-        BatchWords surface = BATCH_WORDS(photons, 7u * stride + i);
-        if (query->medium) {
-            near &= surface == IN_MEDIUM;
-        } else {
-            near &= surface == query->surface + 1u;
-            near &= travel_against(BATCH_WORDS(photons, 6u * stride + i), query->normal);
-        }
+        BatchWords marks = BATCH_WORDS(photons, 7u * stride + i);
+        near &= (marks & query->marked) == query->mark;
+        if (query->bent) near &= faces_alike(marks, query->normal);
         Batch weight = kernel_weight(r2 * inverse_square);
 #if defined(MEDIUM) && !defined(PHASE_ISOTROPIC)
         if (query->medium) weight *= scattered_shares(BATCH_WORDS(photons, 6u * stride + i), query);
@@ -196,14 +195,15 @@ INLINE float3 gathered(const struct PhotonMap *map, const struct MapFrame *frame
 // Photons count that lie at most so far out of the tangent plane: on curved surfaces a quarter of the radius; where
 // surfaces are flat, what rounding does to them, so that a box's other faces do not count.
 INLINE float query_thickness(uint kind, float3 point, float radius) {
-    if (kind == RECEIVER_CURVED) return 0.25f * radius;
+    if (kind == RECEIVER_CURVED || kind == RECEIVER_MESH) return 0.25f * radius;
     float size = max(max(fabs(point.x), fabs(point.y)), fabs(point.z));
     return min(0.25f * radius, 0.004f * radius + 4e-6f * size);
 }
 
-// Irradiance at a point of a surface, on the side that the normal (of unit length, of the geometry) points to; per channel.
-// Adds to *looked_at the photons whose distance was computed.
-INLINE float3 gathered_irradiance(const struct PhotonMap *map, float3 point, float3 normal, uint surface, uint *looked_at) {
+// Irradiance at a point of a surface, on the side that the normal (of unit length, of the geometry) points to; `inside`:
+// this is not its outward one; per channel. Adds to *looked_at the photons whose distance was computed.
+INLINE float3 gathered_irradiance(const struct PhotonMap *map, float3 point, float3 normal, uint surface, bool inside,
+    uint *looked_at) {
     struct MapFrame frame = map->frame[0];
     __global const struct Receiver *receiver = map->receivers + surface;
     struct Query query;
@@ -222,6 +222,13 @@ INLINE float3 gathered_irradiance(const struct PhotonMap *map, float3 point, flo
     }
     query.thickness = query_thickness(receiver->kind, point, query.radius);
     query.surface = surface;
+    query.mark = surface + 1u;
+    query.marked = MARK_SURFACE;
+    if (receiver->kind != RECEIVER_MESH) {
+        query.mark |= inside ? MARK_INSIDE : 0u;
+        query.marked |= MARK_INSIDE;
+    }
+    query.bent = receiver->plane == NO_PLANE;
     query.medium = false;
 #ifdef EDGE_CORRECTION
     scale /= kernel_mass(receiver, point, normal, query.inverse);
@@ -239,6 +246,9 @@ INLINE struct Query medium_query(const struct MapFrame *frame, float3 point) {
     query.inverse = frame->scale.z;
     query.thickness = 0.0f;
     query.surface = 0u;
+    query.mark = IN_MEDIUM;
+    query.marked = 0xffffffffu;
+    query.bent = false;
     query.medium = true;
     return query;
 }

@@ -17,7 +17,7 @@ __kernel void map_bounds(__global const struct Photon *photons, __global const s
     for (uint i = first; i < end; ++i) {
         struct Photon photon = photons[from + i];
         if (!is_stored(photon)) continue;
-        uint surface = as_uint(photon.flux.w) - 1u;
+        uint surface = marked_surface(as_uint(photon.flux.w));
 #ifdef MAP_PLANAR
         if (receivers[surface].plane == NO_PLANE) {
             ++stray;
@@ -46,7 +46,7 @@ __kernel void map_keys(__global const struct Photon *photons, __global const str
 #else
         struct MapFrame frame = map_frame[0];
         int3 last = (int3)((int)frame.nx, (int)frame.ny, (int)frame.nz) - 1;
-        int3 cell = cell_of(frame, receivers, photon.position.xyz, as_uint(photon.flux.w) - 1u);
+        int3 cell = cell_of(frame, receivers, photon.position.xyz, marked_surface(as_uint(photon.flux.w)));
         cell = clamp(cell, (int3)(0), last);
         key = cell_key(frame, cell.x, cell.y, cell.z);
 #endif
@@ -54,7 +54,7 @@ __kernel void map_keys(__global const struct Photon *photons, __global const str
     keys[i] = key;
 }
 
-// The photons in order, one array for each of: x, y, z, red, green, blue, direction, surface + 1.
+// The photons in order, one array for each of: x, y, z, red, green, blue, direction, mark.
 INLINE void put_photon(__global float *ordered, uint stride, uint i, struct Photon photon) {
     ordered[i] = photon.position.x;
     ordered[stride + i] = photon.position.y;

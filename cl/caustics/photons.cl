@@ -6,6 +6,7 @@
 // The medium stops photons that met a mirror or glass before, stores and scatters them on; those that come from a light
 // end where it scatters them, as cameras see their light by other means (with STORE_DIRECT they do not).
 #include "caustics/emission.cl"
+#include "caustics/marks.cl"
 #include "caustics/spectrum.cl"
 #include "common/numeric.cl"
 #include "common/octahedron.cl"
@@ -88,6 +89,10 @@ INLINE struct Photon no_photon(void) {
     return photon;
 }
 
+INLINE uint hit_mark(const struct Hit *hit) {
+    return mark_of(hit->surface, hit->inside, hit->inside ? -hit->face : hit->face);
+}
+
 // Follows a photon to its end.
 INLINE struct Photon follow(__global const struct PhotonFrame *frame, const struct Surfaces *surfaces,
     struct Flight *flight, float wavelength, uint index, uint pass, struct Fate *fate MEDIUM_OF_PHOTON) {
@@ -137,10 +142,10 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
             flux = arrives;
             if (IS_STORED(turns)) {
 #ifdef MEDIUM
-                offer_place(kept, medium, hit.point, flight->direction, flight->flux, hit.surface + 1u);
+                offer_place(kept, medium, hit.point, flight->direction, flight->flux, hit_mark(&hit));
 #else
                 photon.position = (float4)(hit.point, as_float(pack_direction(flight->direction)));
-                photon.flux = (float4)(flight->flux, as_float(hit.surface + 1u));
+                photon.flux = (float4)(flight->flux, as_float(hit_mark(&hit)));
 #endif
                 fate->met.y = flux;
                 fate->stored = true;

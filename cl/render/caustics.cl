@@ -102,8 +102,8 @@ INLINE float3 surface_irradiance(struct Sample *sample, const struct Hit *hit, u
         float3 face = hit->inside ? -hit->face : hit->face;
         // A loop, so that its body stands once in the kernel.
         for (uint i = 0; i < MAPS; ++i) {
-            irradiance +=
-                scale * gathered_irradiance(&sample->maps[i], hit->point, face, hit->surface, &sample->looked_at);
+            irradiance += scale
+                * gathered_irradiance(&sample->maps[i], hit->point, face, hit->surface, hit->inside, &sample->looked_at);
         }
     }
     return irradiance;
@@ -299,7 +299,7 @@ __kernel void render_caustics(__constant struct Frame *frame, __constant struct 
         branches[0].direction = ray.direction;
         branches[0].weight = (float3)(1.0f);
         branches[0].bounces = 0u;
-        branches[0].within = within_none();
+        branches[0].within = within_at(&s.surfaces, branches[0].origin, ray.direction);
 #ifdef DISPERSION
         branches[0].wavelength = 0.0f;
 #endif

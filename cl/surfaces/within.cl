@@ -1,5 +1,7 @@
 // Which bodies of glass a ray is within, from the boundaries that it has crossed: what lies in a body is met from outside,
-// so the hit does not tell. Two bodies are known, one in the other; rays begin outside of all until a hit tells better.
+// so the hit does not tell. Two bodies are known, one in the other.
+//
+// BEGINS_WITHIN: some rays may begin in glass; where they do is then looked for.
 #include "surfaces/intersect.cl"
 
 // Surfaces + 1, 0: none.
@@ -10,6 +12,79 @@ struct Within {
 
 INLINE struct Within within_none(void) {
     struct Within within = {0u, 0u};
+    return within;
+}
+
+#ifdef BEGINS_WITHIN
+// Surfaces that are met on the way out, and those of them that are entered first, at most.
+#define MOST_MET 64u
+#define MOST_ENTERED 8u
+
+INLINE bool is_glass(const struct Surfaces *s, uint surface) {
+    return s->materials[s->materials_of[surface]].kind == MATERIAL_DIELECTRIC;
+}
+
+#ifdef SHAPE_PLANE
+// The half-space of glass that a point is the least deep in but for `other`, as surface + 1.
+INLINE uint shallowest(const struct Surfaces *s, float3 point, uint other) {
+    uint found = 0u;
+    float least = INFINITY;
+    for (uint i = 0; i < s->plane_count; ++i) {
+        float4 plane = s->shapes[i].b;
+        uint surface = s->shapes[i].surface;
+        float below = plane.w - dot(plane.xyz, point);
+        if (below > 0.0f && below < least && surface + 1u != other && is_glass(s, surface)) {
+            least = below;
+            found = surface + 1u;
+        }
+    }
+    return found;
+}
+#endif
+#endif
+
+// The bodies in which a ray begins: those that it leaves before it enters them, whatever else it meets, the inner one first;
+// around them half-spaces, which it need not leave.
+INLINE struct Within within_at(const struct Surfaces *s, float3 origin, float3 direction) {
+    struct Within within = within_none();
+#ifdef BEGINS_WITHIN
+    uint entered[MOST_ENTERED];
+    uint count = 0u;
+    float3 from = origin;
+    for (uint met = 0; met < MOST_MET && within.around == 0u; ++met) {
+        struct Hit hit;
+        if (!surfaces_hit(s, from, direction, INFINITY, &hit)) {
+            break;
+        }
+        from = surface_offset(&hit, direction);
+        uint body = hit.surface + 1u;
+        bool known = within.body == body || !is_glass(s, hit.surface);
+        for (uint i = 0; i < count; ++i) {
+            known = known || entered[i] == body;
+        }
+        if (known) {
+            continue;
+        }
+        if (!hit.inside) {
+            if (count < MOST_ENTERED) {
+                entered[count] = body;
+                ++count;
+            }
+        } else if (within.body == 0u) {
+            within.body = body;
+        } else {
+            within.around = body;
+        }
+    }
+#ifdef SHAPE_PLANE
+    if (within.body == 0u) {
+        within.body = shallowest(s, origin, 0u);
+    }
+    if (within.around == 0u && within.body != 0u) {
+        within.around = shallowest(s, origin, within.body);
+    }
+#endif
+#endif
     return within;
 }
 

@@ -13,12 +13,13 @@ struct MapFrame {
 };
 
 // What gathering knows of a surface of the scene.
-#define RECEIVER_CURVED 0        // or of several shapes: no edges are known
+#define RECEIVER_CURVED 0        // and closed: without edges
 #define RECEIVER_PLANE 1         // origin: a point; u, v: orthonormal in the plane
 #define RECEIVER_PARALLELOGRAM 2 // origin: a corner, w: length of the edge along u; u, v: orthonormal in the plane, v.w: the
                                  // other edge along v, u.w: along u
 #define RECEIVER_DISK 3          // origin: centre, w: radius; u, v: orthonormal in the plane
 #define RECEIVER_BOX 4           // origin: low corner; u: size
+#define RECEIVER_MESH 5          // no edges are known, and triangles need not agree which side is outside
 struct Receiver {
     float4 origin;
     float4 u;

@@ -23,7 +23,7 @@ const BATCH: usize = 8;
 /// Photons that a loop of 65535 turns goes through.
 const LONG_LOOP: usize = 65_535 * BATCH;
 /// Most photons: their arrays' elements are numbered in 32 bits.
-const MOST_PHOTONS: usize = (1 << 29) - BATCH;
+pub const MOST_PHOTONS: usize = (1 << 29) - BATCH;
 
 /// What building a map found and took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -29,7 +29,7 @@ mod target;
 
 pub use emission::{Emission, EmissionSettings, Emitter, TargetRectangle, emitters};
 pub use ledger::{BouncedLedger, PhotonAccount, PhotonLedger};
-pub use map::{MapFacts, PhotonMap};
+pub use map::{MOST_PHOTONS, MapFacts, PhotonMap};
 pub use map_cells::Focus;
 pub use map_types::{Acceleration, MapFrame, MapSettings, Weighting};
 pub use medium::{PhotonMedium, medium_setup, specialise_medium};

@@ -9,7 +9,7 @@ use super::spectrum::mean_color;
 use crate::device::{Arg, Buffer, Device, Kernel, MemoryPlan, Program, ProgramSpec};
 use crate::render::local::LocalFrame;
 use crate::scene::Light;
-use crate::surfaces::{DeviceMaterial, SurfaceArrays, SurfaceBuffers};
+use crate::surfaces::{Bounds, DeviceMaterial, SurfaceArrays, SurfaceBuffers};
 use crate::{Error, Result, device_struct};
 use bytemuck::Zeroable;
 use std::ops::Range;
@@ -81,6 +81,19 @@ pub struct PhotonTracer {
     pub build_time: Duration,
 }
 
+/// Where photons of a light begin: a box around these places, local units; `None` for parallel light, which begins outside
+/// of everything.
+fn light_places(light: &Light, frame: &LocalFrame) -> Option<Bounds> {
+    match *light {
+        Light::Point { position, .. } => Bounds::of([frame.point(position)]),
+        Light::Directional { .. } => None,
+        Light::Rectangle { centre, edge_u, edge_v, .. } => {
+            let half = 0.5 * (edge_u.abs() + edge_v.abs());
+            Bounds::of([frame.point(centre - half), frame.point(centre + half)])
+        }
+    }
+}
+
 impl PhotonTracer {
     /// Makes the tracing of `lights` onto `surfaces` (also uploaded, as `buffers`) ready.
     ///
@@ -120,6 +133,10 @@ impl PhotonTracer {
         Self::memory(&mut plan, capacity);
         plan.check(device.info())?;
         let spec = Self::program(surfaces, settings, bounced.is_some());
+        let within = |light| {
+            light_places(light, frame).is_some_and(|box_| surfaces.may_begin_within(&box_, medium.is_some()))
+        };
+        let spec = spec.feature("BEGINS_WITHIN", lights.iter().any(within));
         let program =
             Program::build(device, &medium.iter().fold(spec, |spec, medium| medium.specialise(spec)))?;
         let bounce = bounced.map(|first| {

@@ -28,7 +28,12 @@ device_struct! {
 const NO_PLANE: u32 = u32::MAX;
 
 impl Receiver {
-    /// A surface that is curved, or has edges that are not known.
+    /// Triangles, whose edges are not known.
+    pub fn mesh() -> Self {
+        Self { kind: 5, ..Self::curved() }
+    }
+
+    /// A surface that is curved and closed.
     pub fn curved() -> Self {
         let none = [0.0; 4];
         Self { origin: none, u: none, v: none, kind: 0, plane: NO_PLANE, reach: f32::INFINITY, pad_1: 0 }

@@ -62,13 +62,14 @@ pub fn map_settings(gather: &scene::Gather) -> MapSettings {
 
 /// How far from a point of a surface photons count at most, scene units, where they are gathered from far away.
 ///
-/// Photons that travel along the normal do not count, which on a sphere loses c²/4R² of even light at the chord c: a quarter
-/// of the radius R loses half a percent. Metaballs (`extent`: the largest one of the surface) are taken for spheres of a fifth
-/// of their extent. Meshes have edges that nothing corrects for: only strips beside them are too dark.
+/// At a chord c a sphere of radius R lies c²/2R out of the tangent plane: at half of R, a quarter of the chord, which is as far
+/// as photons count. Up to there nothing is lost, as the area within a chord is that of the plane. Metaballs (`extent`: the
+/// largest one of the surface) are taken for spheres of a fifth of their extent. Meshes have edges that nothing corrects for:
+/// only strips beside them are too dark.
 pub fn reach(shape: &SurfaceShape, extent: f64) -> f64 {
     match shape {
-        SurfaceShape::Sphere { radius, .. } => 0.25 * radius,
-        SurfaceShape::Metaballs { .. } => 0.05 * extent,
+        SurfaceShape::Sphere { radius, .. } => 0.5 * radius,
+        SurfaceShape::Metaballs { .. } => 0.1 * extent,
         SurfaceShape::Mesh { .. } => 0.02 * extent,
         _ => f64::INFINITY,
     }
@@ -87,8 +88,7 @@ pub fn receiver(shape: &SurfaceShape, local: &LocalFrame) -> Receiver {
             Receiver::disk(local.point(centre), normal, length(radius))
         }
         SurfaceShape::Box { low, high } => Receiver::cuboid(local.point(low), local.point(high)),
-        SurfaceShape::Sphere { .. } | SurfaceShape::Metaballs { .. } | SurfaceShape::Mesh { .. } => {
-            Receiver::curved()
-        }
+        SurfaceShape::Sphere { .. } | SurfaceShape::Metaballs { .. } => Receiver::curved(),
+        SurfaceShape::Mesh { .. } => Receiver::mesh(),
     }
 }

@@ -9,8 +9,10 @@ use std::f64::consts::{PI, TAU};
 pub struct StoredPhoton {
     /// Where.
     pub position: DVec3,
-    /// The direction of travel.
-    pub direction: DVec3,
+    /// The surface's unit normal there, on the side that it came from.
+    pub facing: DVec3,
+    /// Whether that is not the outward one.
+    pub inside: bool,
     /// Flux per channel.
     pub flux: [f64; 3],
     /// The surface; `None` for a slot that holds nothing.
@@ -52,18 +54,27 @@ pub struct Place {
     pub point: DVec3,
     /// Its normal on the side that is looked at.
     pub normal: DVec3,
+    /// Whether that is not the outward one.
+    pub inside: bool,
     /// The surface.
     pub surface: u32,
     /// How far out of the tangent plane photons may lie.
     pub thickness: f64,
 }
 
-/// Irradiance per channel: flux of the photons within `radius` that arrived on the same side of the same surface, weighted
-/// and normalised.
+/// Whether a surface faces the same way in two places: where its normals are less than 65 degrees apart, and not where more
+/// than 76. `facing` is measured by the sum of its components, so that it need not be normalised.
+pub fn alike(facing: DVec3, normal: DVec3) -> bool {
+    facing.dot(normal) > 0.25 * facing.abs().element_sum()
+}
+
+/// Irradiance per channel: flux of the photons within `radius` that arrived on the same side of the same surface where it
+/// faces alike, weighted and normalised.
 pub fn irradiance(photons: &[StoredPhoton], place: &Place, radius: f64, weight: Weight) -> [f64; 3] {
     let counts = |photon: &StoredPhoton| {
         photon.surface == Some(place.surface)
-            && photon.direction.dot(place.normal) < 0.0
+            && photon.inside == place.inside
+            && alike(photon.facing, place.normal)
             && (photon.position - place.point).dot(place.normal).abs() <= place.thickness
     };
     let sum = sum(photons, place.point, radius, weight, counts);

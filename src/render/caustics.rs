@@ -5,11 +5,11 @@ use super::lights::DeviceLight;
 use super::local::LocalFrame;
 use super::method::{DeviceFrame, HostBuffer, MethodInput, MethodSetup};
 use crate::caustics::{
-    Emitter, MapSettings, PhotonTracer, Receiver, diffuse_light_returns, emitters, map_settings, mean_color,
-    medium_setup, photon_settings, reach, receiver, specialise_medium,
+    Emitter, MOST_PHOTONS, MapSettings, Photon, PhotonTracer, Receiver, diffuse_light_returns, emitters,
+    map_settings, mean_color, medium_setup, photon_settings, reach, receiver, specialise_medium,
 };
 use crate::device::{MemoryPlan, ProgramSpec};
-use crate::scene::{Background, Caustics, CausticsDirect, Light, Method, Scene, Surface};
+use crate::scene::{Background, CameraKind, Caustics, CausticsDirect, Light, Method, Scene, Surface};
 use crate::sort::CellRanges;
 use crate::surfaces::{self, Bounds, DeviceMaterial, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
 use crate::{Error, Result, device_struct};
@@ -147,6 +147,13 @@ pub fn prepare(
     let settings = Caustics { bounces: if volume.is_some() { 0 } else { settings.bounces }, ..settings };
     // Before the lights: those of the medium have no say.
     let medium = volume.map(|input| medium_setup(input, &settings, frame)).transpose()?;
+    if scene.surfaces.len() > Photon::MOST_SURFACES {
+        return Err(Error::Input(format!(
+            "the scene has {} surfaces, and photons can tell {} apart: make meshes of some of them",
+            scene.surfaces.len(),
+            Photon::MOST_SURFACES
+        )));
+    }
     let surfaces = SurfaceArrays::new(&scene.surfaces, &scene.materials, meshes, local)?;
     let lights = device_lights(&scene.lights, local, frame);
     let map = map_settings(&settings.gather);
@@ -159,6 +166,13 @@ pub fn prepare(
     let emitters = emitters(&scene.lights, &surfaces, local, &emission)?;
     let bounced = bounced(scene, &settings, meshes, local, (&surfaces, &emitters, radius));
     let others = bounced.as_ref().map_or(0, |bounced| bounced.photons);
+    if let Some(most) = [others, settings.photons - others].into_iter().find(|&n| n as usize > MOST_PHOTONS) {
+        return Err(Error::Input(format!(
+            "`method.photons` = {} is too large: a map would have {most} of them, and can have up to {MOST_PHOTONS}; more \
+             samples bring more photons, in as little memory",
+            settings.photons
+        )));
+    }
     let map = tabled(map, settings.photons - others);
     let [r, g, b] = mean_color().map(|mean| (1.0 / mean) as f32);
     let parameters = DeviceCaustics {
@@ -175,7 +189,8 @@ pub fn prepare(
         .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
         .feature("RECTANGLES", frame.rectangle_count > 0)
         .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays)
-        .feature("BOUNCED", bounced.is_some());
+        .feature("BOUNCED", bounced.is_some())
+        .feature("BEGINS_WITHIN", surfaces.may_begin_within(&camera_places(scene, local), medium.is_some()));
     let mut tables = Vec::new();
     if let Some(medium) = &medium {
         spec = specialise_medium(spec, medium);
@@ -194,7 +209,7 @@ pub fn prepare(
         lanes: false,
         paths: false,
         has_depth: true,
-        notes: notes(scene, meshes, photons),
+        notes: notes(scene, meshes, local, photons),
         details: details(&surfaces, [Some(radius), bounced.as_ref().map(|b| b.radius)], local.unit),
         light: None,
         caustics: Some(Box::new(CausticsSetup {
@@ -207,6 +222,18 @@ pub fn prepare(
             medium,
         })),
     })
+}
+
+/// Where rays of the camera begin: a box around these places, local units.
+fn camera_places(scene: &Scene, local: &LocalFrame) -> Bounds {
+    let (camera, image) = (&scene.camera, &scene.image);
+    let half = match camera.kind {
+        CameraKind::Perspective { aperture, .. } => aperture,
+        CameraKind::Orthographic { height } => {
+            0.5 * height * f64::hypot(1.0, f64::from(image.width) / f64::from(image.height))
+        }
+    };
+    Bounds { low: local.point(camera.position - half), high: local.point(camera.position + half) }
 }
 
 /// No larger table of cells than so many photons need.
@@ -310,8 +337,31 @@ fn photons_wanted(scene: &Scene, settings: &Caustics, surfaces: &SurfaceArrays) 
     settings.photons > 0 && receives && sends && !scene.lights.is_empty()
 }
 
-fn notes(scene: &Scene, meshes: &Meshes, photons: bool) -> Vec<String> {
+/// Surfaces that are small beside how far rays start off surfaces there: SURFACE_MARGIN of `cl/surfaces/intersect.cl` times the
+/// coordinates, of places and of what is hit.
+fn too_small(scene: &Scene, meshes: &Meshes, local: &LocalFrame) -> Option<String> {
+    const MARGIN: f64 = 2.0 * 32.0 / 16_777_216.0;
+    const PART: f64 = 0.01;
+    let mut few = scene.surfaces.iter().enumerate().filter_map(|(index, surface)| {
+        let bounds = surfaces::bounds_of_one(index, surface, meshes)?;
+        let [low, high] = [bounds.low, bounds.high].map(|corner| local.point(corner).abs().max_element());
+        let (margin, extent) = (MARGIN * low.max(high) * local.unit, bounds.size().max_element());
+        (margin > PART * extent).then_some((index, margin, extent))
+    });
+    let (index, margin, extent) = few.next()?;
+    let others = match few.count() {
+        0 => String::new(),
+        count => format!(" (and {count} more)"),
+    };
+    Some(format!(
+        "`surface.{index}`{others} is {extent:.2e} wide, and rays start {margin:.1e} off surfaces there, by float32's rounding: \
+         make mirrors and glass no more than a thousand times as large as what is to be seen beside them"
+    ))
+}
+
+fn notes(scene: &Scene, meshes: &Meshes, local: &LocalFrame, photons: bool) -> Vec<String> {
     let mut notes = meshes.notes.clone();
+    notes.extend(too_small(scene, meshes, local));
     if scene.lights.is_empty() {
         notes.push("no [[light]]: surfaces show the background alone".into());
     } else if !photons {

@@ -173,6 +173,7 @@ pub const FAMILIES: [Family; 6] = [
             Choice::Switch("RECTANGLES"),
             Choice::Switch("DIRECT_RAYS"),
             Choice::Switch("BOUNCED"),
+            Choice::Switch("BEGINS_WITHIN"),
             // A volume between the surfaces.
             Choice::Sets(&[
                 &[],

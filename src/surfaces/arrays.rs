@@ -11,7 +11,7 @@ use crate::{Error, Result};
 use glam::DVec3;
 
 /// What `kind` of a shape says: `cl/types/surface.cl`.
-mod kind {
+pub(super) mod kind {
     pub const PLANE: u32 = 0;
     pub const SPHERE: u32 = 1;
     pub const RECTANGLE: u32 = 2;

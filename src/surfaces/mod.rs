@@ -8,6 +8,7 @@ mod buffers;
 mod bvh;
 mod mesh;
 mod types;
+mod within;
 
 pub use arrays::SurfaceArrays;
 pub use bounds::Bounds;

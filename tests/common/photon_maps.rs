@@ -4,7 +4,6 @@
 #![allow(dead_code)]
 
 use glam::{DVec3, dvec3};
-use std::f64::consts::TAU;
 use svetlo::caustics::{MapFacts, MapSettings, Photon, PhotonMap, Receiver};
 use svetlo::device::{Buffer, Device, Program, ProgramSpec};
 use svetlo::reference::photons::StoredPhoton;
@@ -16,7 +15,8 @@ __kernel void probe_irradiance(PHOTON_MAP_ARGUMENTS(map), __global const float4 
     if (i >= count) return;
     struct PhotonMap map = PHOTON_MAP(map);
     uint looked_at = 0;
-    float3 found = gathered_irradiance(&map, points[i].xyz, normals[i].xyz, as_uint(points[i].w), &looked_at);
+    float3 found = gathered_irradiance(&map, points[i].xyz, normals[i].xyz,
+        as_uint(points[i].w), normals[i].w != 0.0f, &looked_at);
     out[i] = (float4)(found, (float)looked_at);
 }
 #ifndef MAP_PLANAR
@@ -38,11 +38,22 @@ pub struct Query {
     pub point: [f32; 3],
     pub normal: [f32; 3],
     pub surface: u32,
+    pub inside: bool,
 }
 
 impl Query {
     pub fn new(point: DVec3, normal: DVec3, surface: u32) -> Self {
-        Self { point: point.as_vec3().to_array(), normal: normal.as_vec3().to_array(), surface }
+        Self {
+            point: point.as_vec3().to_array(),
+            normal: normal.as_vec3().to_array(),
+            surface,
+            inside: false,
+        }
+    }
+
+    /// On the other side, which is not the outward one.
+    pub fn behind(self) -> Self {
+        Self { normal: self.normal.map(|x| -x), inside: !self.inside, ..self }
     }
 }
 
@@ -107,7 +118,7 @@ impl Gathering {
         let points: Vec<[f32; 4]> =
             at.iter().map(|q| [q.point[0], q.point[1], q.point[2], f32::from_bits(q.surface)]).collect();
         let normals: Vec<[f32; 4]> =
-            at.iter().map(|q| [q.normal[0], q.normal[1], q.normal[2], 0.0]).collect();
+            at.iter().map(|q| [q.normal[0], q.normal[1], q.normal[2], f32::from(q.inside)]).collect();
         let [points, normals] = [points, normals].map(|values| Buffer::from_slice(device, &values).unwrap());
         let out = Buffer::<[f32; 4]>::zeroed(device, at.len()).unwrap();
         let rest = [(&points).into(), (&normals).into(), (&out).into(), (at.len() as u32).into()];
@@ -118,23 +129,38 @@ impl Gathering {
     }
 }
 
-/// A direction in 32 bits, as `pack_direction` of `cl/common/octahedron.cl`.
-pub fn pack(direction: DVec3) -> u32 {
+/// A direction unfolded onto the square [-1, 1]², as `cl/common/octahedron.cl` does it.
+fn unfolded(direction: DVec3) -> [f64; 2] {
     let p = direction / (direction.x.abs() + direction.y.abs() + direction.z.abs());
     let signed = |x: f64| if x < 0.0 { -1.0 } else { 1.0 };
     let folded = [(1.0 - p.y.abs()) * signed(p.x), (1.0 - p.x.abs()) * signed(p.y)];
-    let [x, y] = if p.z < 0.0 { folded } else { [p.x, p.y] };
-    let steps = |x: f64| ((32767.0 * x).round() + 32768.0) as u32;
-    steps(x) | steps(y) << 16
+    if p.z < 0.0 { folded } else { [p.x, p.y] }
 }
 
-/// A photon in a slot.
-pub fn photon(position: DVec3, direction: DVec3, flux: [f64; 3], surface: u32) -> Photon {
+/// A direction in 32 bits.
+pub fn pack(direction: DVec3) -> u32 {
+    let [x, y] = unfolded(direction).map(|x| ((32767.0 * x).round() + 32768.0) as u32);
+    x | y << 16
+}
+
+/// A mark, as `mark_of` of `cl/caustics/marks.cl`.
+pub fn mark(surface: u32, inside: bool, facing: DVec3) -> u32 {
+    let [x, y] = unfolded(facing).map(|x| ((31.0 * x).round() + 32.0) as u32);
+    (x | y << 6) << 19 | u32::from(inside) << 18 | (surface + 1)
+}
+
+/// A photon in a slot, that came from outside onto a surface with this normal.
+pub fn photon(position: DVec3, normal: DVec3, flux: [f64; 3], surface: u32) -> Photon {
+    sided(position, normal, false, flux, surface)
+}
+
+/// The same from either side, where the normal is `facing`.
+pub fn sided(position: DVec3, facing: DVec3, inside: bool, flux: [f64; 3], surface: u32) -> Photon {
     let [x, y, z] = position.as_vec3().to_array();
     let [r, g, b] = flux.map(|flux| flux as f32);
     Photon {
-        position: [x, y, z, f32::from_bits(pack(direction))],
-        flux: [r, g, b, f32::from_bits(surface + 1)],
+        position: [x, y, z, f32::from_bits(pack(-facing))],
+        flux: [r, g, b, f32::from_bits(mark(surface, inside, facing))],
     }
 }
 
@@ -143,17 +169,10 @@ pub fn empty() -> Photon {
     Photon { position: [f32::NAN, 1e30, 0.0, 0.0], flux: [f32::NAN, 1.0, 1.0, 0.0] }
 }
 
-/// The photon of a slot, for the twin. Directions are those that were packed.
-pub fn stored(slot: &Photon, direction: DVec3) -> StoredPhoton {
+/// The photon of a slot, for the twin, where the normal is `facing` on the side that it came from.
+pub fn stored(slot: &Photon, facing: DVec3) -> StoredPhoton {
     let [x, y, z, _] = slot.position.map(f64::from);
     let [r, g, b, _] = slot.flux.map(f64::from);
-    let surface = slot.flux[3].to_bits().checked_sub(1);
-    StoredPhoton { position: dvec3(x, y, z), direction, flux: [r, g, b], surface }
-}
-
-/// A direction of travel onto a surface, not too flat, from the side of `normal`.
-pub fn onto(normal: DVec3, u: f64, v: f64) -> DVec3 {
-    let across = normal.any_orthonormal_vector();
-    let (sin, cos) = (TAU * u).sin_cos();
-    (0.9 * v * (cos * across + sin * normal.cross(across)) - normal).normalize()
+    let (surface, inside) = (slot.surface(), slot.is_inside());
+    StoredPhoton { position: dvec3(x, y, z), facing, inside, flux: [r, g, b], surface }
 }

@@ -126,7 +126,7 @@ impl Scene {
     }
 
     pub fn stored(&self, photon: &Photon) -> Option<Stored> {
-        let surface = photon.flux[3].to_bits().checked_sub(1)? as usize;
+        let surface = photon.surface()? as usize;
         let [x, y, z, packed] = photon.position;
         let unit = self.frame.unit;
         Some(Stored {

@@ -91,6 +91,8 @@ struct Raw {
     triangles: Vec<[u32; 3]>,
     /// At the corners of each triangle, of any length.
     normals: Option<Vec<[DVec3; 3]>>,
+    /// Faces of fewer than three vertices, of which there is no triangle.
+    too_short: usize,
 }
 
 fn read(path: &Path, place: impl Fn(DVec3) -> DVec3, smooth: bool, notes: &mut Vec<String>) -> Result<Mesh> {
@@ -110,6 +112,10 @@ fn read(path: &Path, place: impl Fn(DVec3) -> DVec3, smooth: bool, notes: &mut V
     if mesh.triangles.is_empty() {
         let problem = if found == 0 { "it has no faces" } else { "none of its triangles has an area" };
         return Err(wrong(format!("{problem}; a mesh needs at least one triangle")));
+    }
+    if raw.too_short > 0 {
+        let what = if raw.too_short == 1 { "1 face" } else { &format!("{} faces", raw.too_short) };
+        notes.push(named(path, &format!("{what} of fewer than three vertices left out")));
     }
     if mesh.triangles.len() < found {
         let count = found - mesh.triangles.len();

@@ -108,6 +108,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, String> {
                 if !CORNERS.iter().any(|name| has(name)) {
                     return Err("its faces have no list `vertex_indices` of vertices".into());
                 }
+                raw.too_short = rows.iter().filter(|row| row.corners.len() < 3).count();
                 raw.triangles = triangles(&rows, header.elements.get("vertex").map_or(0, |e| e.count))?;
             }
             _ => {}
