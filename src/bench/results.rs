@@ -154,7 +154,8 @@ pub struct Judged {
     pub found: [f64; 3],
     /// Standard error of `found` from the pixels' own variance; `None` where nothing is random, or pixels share noise.
     pub standard_error: Option<[f64; 3]>,
-    /// The largest deviation of a channel in standard errors, of both; `None` where there is none.
+    /// The largest deviation of a channel in standard errors, of both; `None` where there is none, or less of it than the
+    /// tolerance allows for.
     pub z: Option<f64>,
     /// The largest deviation of a channel over its value; `None` for 0.
     pub relative: Option<f64>,

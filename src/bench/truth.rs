@@ -71,7 +71,11 @@ pub fn judge(picture: &Picture, truth: &TruthSpec, shared: bool) -> Result<Judge
     let share = largest(&|of| of.share);
     let random = found.iter().any(|of| of.error > 0.0);
     let three = |f: &dyn Fn(&Found) -> f64| [f(&found[0]), f(&found[1]), f(&found[2])];
-    let with_sigma = found.iter().filter(|of| of.sigma > 0.0);
+    // Where the tolerance allows for more than noise does, standard errors say nothing.
+    let decides = |(of, value): &(&Found, f64)| {
+        of.sigma > 0.0 && truth.sigmas * of.sigma >= truth.tolerance * value.abs()
+    };
+    let with_sigma = found.iter().zip(truth.value).filter(decides).map(|(of, _)| of);
     let z = with_sigma.map(|of| of.off / of.sigma).max_by(|a, b| a.abs().total_cmp(&b.abs()));
     let relative = found.iter().zip(truth.value).filter(|(_, value)| *value > 0.0);
     let relative = relative.map(|(of, value)| of.off / value).max_by(|a, b| a.abs().total_cmp(&b.abs()));

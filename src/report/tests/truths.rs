@@ -19,7 +19,10 @@ fn rows_are_cases_and_columns_devices() {
     let text = table(&known());
     let lines: Vec<&str> = text.lines().collect();
     let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words(lines[0]).starts_with("case method truth 0:0 z deviation seconds 1:0 z deviation seconds"), "{text}");
+    assert!(
+        words(lines[0]).starts_with("case method truth 0:0 z deviation seconds 1:0 z deviation seconds"),
+        "{text}"
+    );
     assert_eq!(lines[1], "-- furnace");
     let white = words(lines[2]);
     assert!(white.starts_with("white multiple-scattering 0.500 right +1.2 σ +2.500 %"), "{white}");
@@ -34,7 +37,15 @@ fn rows_are_cases_and_columns_devices() {
 fn the_page_has_what_is_known_and_no_curves() {
     let page = page_of(&known());
     let section = page.section("truths");
-    for text in ["white", "why it is hard", "+1.2 σ, +2.500 %", "-7.5 σ", "no memory", "“out of range”", "NOT REFUSED"] {
+    for text in [
+        "white",
+        "why it is hard",
+        "+1.2 σ, +2.500 %",
+        "-7.5 σ",
+        "no memory",
+        "“out of range”",
+        "NOT REFUSED",
+    ] {
         assert!(section.contains(text), "no {text} in {section}");
     }
     let text = page.text();
