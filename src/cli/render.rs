@@ -120,12 +120,7 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
         said: 0,
         reports: Vec::new(),
     };
-    let mut start = start;
-    let ended = scene.views.iter().zip(&outputs).try_for_each(|(view, output)| {
-        let ended = job.render(&scene.of_view(view), output, start);
-        start = Instant::now();
-        ended
-    });
+    let ended = job.render_all(&scene, &outputs, start);
     job.report()?;
     ended
 }
@@ -156,6 +151,29 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Renders all pictures; `start`: when the work began. One that fails while running keeps no other from being made.
+    fn render_all(&mut self, scene: &Scene, outputs: &[PathBuf], mut start: Instant) -> Result<()> {
+        let mut failures: Vec<String> = Vec::new();
+        for (index, (view, output)) in scene.views.iter().zip(outputs).enumerate() {
+            match self.render(&scene.of_view(view), output, start) {
+                Err(Error::Failed(reason)) if self.views > 1 => {
+                    if index + 1 < self.views {
+                        say(&format!("warning: {reason} (the other views are rendered)"));
+                    }
+                    failures.push(reason);
+                }
+                other => other?,
+            }
+            start = Instant::now();
+        }
+        if failures.is_empty() {
+            return Ok(());
+        }
+        let count = failures.len();
+        failures.dedup();
+        Err(Error::Failed(format!("{count} of {} views failed: {}", self.views, failures.join("; "))))
+    }
+
     /// Renders one picture; `start`: when the work for it began.
     fn render(&mut self, scene: &Scene, output: &Path, start: Instant) -> Result<()> {
         let arguments = self.arguments;
@@ -246,8 +264,11 @@ impl Job<'_> {
             return Err(Error::Interrupted);
         }
         let added = session.progress().samples != begun.samples || session.progress().tiles != begun.tiles;
-        let snapshot = watcher.finish(session, added)?;
-        self.keep_light(session, plan, data_hash)?;
+        let snapshot = watcher.finish(session, added);
+        // Further pictures need it, whatever has become of this one.
+        let kept = self.keep_light(session, plan, data_hash);
+        let snapshot = snapshot?;
+        kept?;
         let summary = Summary {
             scene: &arguments.scene,
             output,

@@ -72,6 +72,13 @@ impl Device {
         call(&self.info, self.faults.as_deref(), kind, what, run)
     }
 
+    /// Notes the launch of a kernel, where a plan of failures counts calls.
+    pub(super) fn launched(&self, kernel: &'static str) {
+        if let Some(faults) = &self.faults {
+            faults.launched(kernel);
+        }
+    }
+
     pub(super) fn context_ptr(&self) -> ffi::cl_context {
         self.context.as_ptr()
     }
