@@ -164,7 +164,9 @@ impl Job<'_> {
         let data_hash = data_hash(&plan, self.data)?;
         let film = saved.as_ref().map(|saved| saved.film(&plan, &data_hash)).transpose()?;
         if !arguments.quiet {
-            let resumed = saved.as_ref().and_then(|saved| saved.note(&self.infos));
+            let resumed = saved.as_ref().and_then(|saved| {
+                saved.note(&self.infos.iter().map(|info| info.names()).collect::<Vec<_>>())
+            });
             let notes = plan.notes.iter().skip(self.said).chain(&resumed);
             notes.for_each(|note| say(&format!("note: {note}")));
             self.said = plan.notes.len();

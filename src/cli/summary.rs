@@ -156,7 +156,7 @@ impl Summary<'_> {
         let progress = self.session.progress();
         let summary = &self.snapshot.summary;
         let facts = self.facts();
-        let device = facts.devices[0];
+        let device = &facts.devices[0];
         json!({
             // JSON is Unicode; a path need not be.
             "scene": self.scene.to_string_lossy(),
