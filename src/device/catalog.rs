@@ -167,6 +167,12 @@ impl Catalog {
         if selectors.is_empty() { Ok(vec![self.select(None)?]) } else { Ok(chosen) }
     }
 
+    /// This device and those that are like it: of its kind, platform and name.
+    pub fn like(&self, device: &DeviceInfo) -> Vec<&DeviceInfo> {
+        let traits = |one: &DeviceInfo| (one.kind, one.platform.clone(), one.name.clone());
+        self.devices.iter().filter(|other| traits(other) == traits(device)).collect()
+    }
+
     fn all_of(&self, selector: &str) -> Result<Vec<&DeviceInfo>> {
         let word = selector.trim().to_lowercase();
         let Some(rest) = word.strip_prefix("all").map(|rest| rest.strip_prefix(':').unwrap_or(rest)) else {
