@@ -7,7 +7,8 @@ use ocl::ffi;
 use std::fmt::Display;
 use std::sync::Arc;
 
-/// An opened device. All work on it goes through one in-order queue.
+/// An opened device. All work on it, and on its clones, goes through one in-order queue.
+#[derive(Clone)]
 pub struct Device {
     info: DeviceInfo,
     pub(super) context: Context,
