@@ -127,8 +127,8 @@ impl Bench {
         let count = n * n * n;
         let byte = |i: usize| (i as u32).wrapping_mul(2_654_435_761).to_be_bytes()[0];
         let (voxels, size) = match kind {
-            "uchar" => (Voxels::U8((0..count).map(byte).collect::<Vec<u8>>().into()), 1),
-            _ => (Voxels::F32((0..count).map(|i| f32::from(byte(i))).collect::<Vec<f32>>().into()), 4),
+            "uchar" => (Voxels::U8((0..count).map(byte).collect::<Vec<u8>>()), 1),
+            _ => (Voxels::F32((0..count).map(|i| f32::from(byte(i))).collect::<Vec<f32>>()), 4),
         };
         let volume = Volume::new([n; 3], DVec3::ONE, voxels)
             .map_err(|error| svetlo::Error::Failed(error.to_string()))?;

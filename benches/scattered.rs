@@ -65,7 +65,7 @@ fn solves(
     let centre = |i: usize| (places(i) + 0.5) / cells as f64;
     let voxels: Vec<f32> = (0..cells.pow(3)).map(|i| extinction(i, centre(i)) as f32).collect();
     let spacing = DVec3::splat(1.0 / cells as f64);
-    let volume = Volume::new([cells; 3], spacing, Voxels::F32(voxels.into()))?;
+    let volume = Volume::new([cells; 3], spacing, Voxels::F32(voxels))?;
     let plan = Plan::new(&scene, &volume, BRICK_SHIFT)?;
     let medium = LitMedium::new(device, &plan, &plan.method)?;
     let grid = LightGrid::new(&plan.local, 1);

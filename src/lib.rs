@@ -6,6 +6,7 @@
 pub mod bench;
 pub mod caustics;
 pub mod cli;
+pub mod cluster;
 pub mod config;
 pub mod crew;
 pub mod device;
@@ -17,6 +18,7 @@ mod input;
 pub mod irradiance;
 pub mod metrics;
 pub mod picture;
+pub mod post;
 pub mod reference;
 pub mod render;
 pub mod report;

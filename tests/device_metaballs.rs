@@ -42,17 +42,16 @@ fn crossings(body: &Metaballs, rays: &[Ray]) -> Vec<Option<Crossing>> {
     let balls: Vec<DeviceBall> = body
         .balls
         .iter()
-        .map(|b| DeviceBall {
-            place: [b.centre.x as f32, b.centre.y as f32, b.centre.z as f32, b.radius as f32],
-            weight: b.weight as f32,
-            pad_0: 0,
-            pad_1: 0,
-            pad_2: 0,
+        .map(|b| {
+            let place = [b.centre.x as f32, b.centre.y as f32, b.centre.z as f32, b.radius as f32];
+            DeviceBall::new(place, b.weight as f32)
         })
         .collect();
     let text = "float t = -1.0f;\nfloat3 n = (float3)(0.0f);\n\
-        bool hit = metaballs_hit(table, 0, (uint)x[2].x, x[2].y, x[0].xyz, x[1].xyz, x[0].w, x[1].w, &t, &n);\n\
-        y[0] = (float4)(n, t);\ny[1] = (float4)(hit ? 1.0f : 0.0f);";
+        bool hit = metaballs_hit(table, 0, (uint)x[2].x, x[2].y, x[0].xyz, x[1].xyz, x[0].w, x[1].w, false, &t, &n);\n\
+        float before;\nfloat3 none;\n\
+        bool blocked = metaballs_hit(table, 0, (uint)x[2].x, x[2].y, x[0].xyz, x[1].xyz, x[0].w, x[1].w, true, &before, &none);\n\
+        y[0] = (float4)(n, t);\ny[1] = (float4)(hit ? 1.0f : 0.0f, blocked == hit ? 1.0f : 0.0f, 0.0f, 0.0f);";
     let [count, threshold] = [balls.len() as f32, body.threshold as f32];
     let inputs: Vec<[[f32; 4]; 3]> = rays
         .iter()
@@ -61,7 +60,8 @@ fn crossings(body: &Metaballs, rays: &[Ray]) -> Vec<Option<Crossing>> {
         })
         .collect();
     let found = probe_with::<DeviceBall, 3, 2>("surfaces/metaballs.cl", "struct Ball", &balls, text, &inputs);
-    let crossing = |(ray, [n, [hit, ..]]): (&Ray, &[[f32; 4]; 2])| {
+    let crossing = |(ray, [n, [hit, agreed, ..]]): (&Ray, &[[f32; 4]; 2])| {
+        assert!(*agreed > 0.5, "{ray:?}: a shadow ray finds something else");
         let normal = vector([n[0], n[1], n[2]]);
         let leaves = normal.dot(vector(ray.direction)) > 0.0;
         (*hit > 0.5).then_some(Crossing { t: n[3].into(), normal, leaves })

@@ -440,7 +440,7 @@ fn a_negative_slope_in_the_file_changes_nothing() {
     // 255 − v stored with the slope −1 is v. Empty cells and bricks are where the function is 0 at low values.
     let points = "[{ value = 0.6, opacity = 0 }, { value = 0.9, opacity = 1 }]";
     let values: Vec<u8> = common::noise(512, 9).iter().map(|v| (v * 255.99) as u8).collect();
-    let volume = |values: Vec<u8>| Volume::new([8; 3], DVec3::ONE, Voxels::U8(values.into())).unwrap();
+    let volume = |values: Vec<u8>| Volume::new([8; 3], DVec3::ONE, Voxels::U8(values)).unwrap();
     for quadrature in QUADRATURES {
         let text = format!(
             "{}[volume]\nwindow = {{ lo = 0, hi = 255 }}\n[medium]\nsigma_max = 1\n[transfer]\npoints = {points}\n\

@@ -67,7 +67,7 @@ impl Frame {
             let [x, y, z] = back.turned(place);
             plain.value(x, y, z) as f32
         });
-        Volume::new(dims, DVec3::ONE, Voxels::F32(voxels.collect::<Vec<f32>>().into())).unwrap()
+        Volume::new(dims, DVec3::ONE, Voxels::F32(voxels.collect::<Vec<f32>>())).unwrap()
     }
 }
 

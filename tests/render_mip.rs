@@ -17,11 +17,11 @@ fn volumes(dims: [usize; 3], seed: u32) -> [(&'static str, Volume); 5] {
     let i16s: Vec<i16> = scaled(-32768.0, 32767.0).map(|v| v as i16).collect();
     let f32s: Vec<f32> = scaled(-3.0, 5.0).map(|v| v as f32).collect();
     [
-        ("u8", Voxels::U8(u8s.into())),
-        ("i8", Voxels::I8(i8s.into())),
-        ("u16", Voxels::U16(u16s.into())),
-        ("i16", Voxels::I16(i16s.into())),
-        ("f32", Voxels::F32(f32s.into())),
+        ("u8", Voxels::U8(u8s)),
+        ("i8", Voxels::I8(i8s)),
+        ("u16", Voxels::U16(u16s)),
+        ("i16", Voxels::I16(i16s)),
+        ("f32", Voxels::F32(f32s)),
     ]
     .map(|(name, voxels)| (name, Volume::new(dims, DVec3::new(1.0, 1.25, 0.8), voxels).unwrap()))
 }
@@ -113,7 +113,7 @@ fn floats_may_be_of_any_magnitude() {
     let dims = [4, 5, 6];
     for (low, high) in [(1e6, 1e6 + 1.0), (0.0, 1e-27), (0.0, 1e-40), (0.0, 1e25), (-3e38, 3e38)] {
         let values: Vec<f32> = noise(120, 9).iter().map(|v| (low + v * (high - low)) as f32).collect();
-        let volume = Volume::new(dims, DVec3::new(1.0, 1.25, 0.8), Voxels::F32(values.into())).unwrap();
+        let volume = Volume::new(dims, DVec3::new(1.0, 1.25, 0.8), Voxels::F32(values)).unwrap();
         check(&Case::new(&text(dims, [1.0, 0.2, 0.3], ""), volume), &format!("{low} to {high}"));
     }
 }

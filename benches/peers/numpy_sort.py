@@ -1,4 +1,4 @@
-"""Times of NumPy's sort of packed (key, number) words, and of its argsort of keys alone, beside those of `benches/sort.rs`, by turns on the same machine.
+"""Times of NumPy's sort of packed (key, number) words, of the same from keys to keys and numbers, and of its argsort, beside those of `benches/sort.rs`, by turns on the same machine.
 
     python3 -m venv venv && venv/bin/pip install numpy
     venv/bin/python benches/peers/numpy_sort.py [COMMAND ...]
@@ -32,6 +32,14 @@ def numpy_time(work, argument):
     return statistics.median(times)
 
 
+def sorted_pairs(keys):
+    """What the sorts of the bench do: keys in order, and the number of each; words are packed and taken apart here."""
+    numbers = np.arange(len(keys), dtype=np.uint64)
+    words = keys.astype(np.uint64) << np.uint64(32) | numbers
+    words.sort()
+    return (words >> np.uint64(32)).astype(np.uint32), words.astype(np.uint32)
+
+
 def bench_times(command, power):
     """Median milliseconds of each row."""
     output = subprocess.run([*command, f"2^{power}"], check=True, capture_output=True, text=True).stdout
@@ -51,6 +59,7 @@ def main():
         for _ in range(ROUNDS):
             own = {
                 "NumPy": numpy_time(np.ndarray.sort, packed),
+                "NumPy, from keys": numpy_time(sorted_pairs, keys.astype(np.uint32)),
                 "NumPy, argsort": numpy_time(np.argsort, keys.astype(np.uint32)),
             }
             rounds.append({**own, **bench_times(command, power)})

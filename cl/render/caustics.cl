@@ -168,7 +168,10 @@ INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, cons
 #ifdef DISPERSION
         if (ray->wavelength == 0.0f && (cauchy.y != 0.0f || cauchy.z != 0.0f)) {
             // What is reflected keeps its colours together: its share hardly depends on them.
-            struct Boundary colored = boundary(index_at(cauchy, choose_wavelength(sample, &on)), hit->inside, cosine);
+            float own = index_at(cauchy, choose_wavelength(sample, &on));
+            struct Boundary colored = boundary(own, hit->inside, cosine);
+            // By the index with which it leaves again.
+            density = hit->inside ? own * own : 1.0f / (own * own);
             if (colored.scale > 0.0f) {
                 at.scale = colored.scale;
                 at.shift = colored.shift;

@@ -57,8 +57,8 @@ INLINE float largest_component(float3 v) {
     return max(max(v.x, v.y), v.z);
 }
 
-// Whether the ray meets a shape at 0 < *t < t_max; for metaballs, with what normal.
-INLINE bool shape_hit(const struct Surfaces *s, uint index, const struct Ray *ray, float t_max, float *t,
+// Whether the ray meets a shape at 0 < *t < t_max; for metaballs, with what normal, and if `any` not where.
+INLINE bool shape_hit(const struct Surfaces *s, uint index, const struct Ray *ray, float t_max, bool any, float *t,
                       float3 *normal) {
     __global const struct Shape *shape = s->shapes + index;
     switch (shape->kind) {
@@ -86,8 +86,8 @@ INLINE bool shape_hit(const struct Surfaces *s, uint index, const struct Ray *ra
         float leaves = min(min(slabs.last.x, slabs.last.y), min(slabs.last.z, t_max));
         return enters < leaves
             && metaballs_hit(s->balls, shape->first, shape->count, shape->c.x, ray->origin, ray->direction, enters, leaves,
-                             t, normal)
-            && *t > 0.0f && *t < t_max;
+                             any, t, normal)
+            && (any || (*t > 0.0f && *t < t_max));
     }
 #endif
 #ifdef SHAPE_TRIANGLE
@@ -145,14 +145,12 @@ INLINE uint nearest_shape(const struct Surfaces *s, const struct Ray *ray, float
                 continue;
             }
             for (uint i = first; i < first + count; ++i) {
-                if (shape_hit(s, i, ray, *t, &t_shape, &shape_normal)) {
+                if (shape_hit(s, i, ray, *t, any, &t_shape, &shape_normal)) {
                     *t = t_shape;
                     *normal = shape_normal;
                     found = i;
+                    if (any) return found;
                 }
-            }
-            if (any && found != NO_SHAPE) {
-                return found;
             }
         }
         if (depth == 0) {

@@ -29,9 +29,9 @@ struct Shape {
 struct Ball {
     float4 place; // centre, w: radius
     float weight;
+    float slope; // 1 / radius^2
     uint pad_0;
     uint pad_1;
-    uint pad_2;
 };
 
 // A box of the hierarchy over the shapes with bounds.

@@ -1,6 +1,8 @@
 //! What the reader of results should know: every finding follows from the results alone.
 
-use super::results::{Case, Finding, FindingKind, Metrics, Point, Results, Severity};
+use super::results::{
+    Case, Finding, FindingKind, Judged, Metrics, Point, Quantity, Refusal, Results, Severity,
+};
 use super::suite::{Gates, Suite};
 
 /// A mean this many standard errors off its reference is no noise. With two tests per case, one false alarm in some 200
@@ -21,6 +23,7 @@ pub fn of(results: &Results, suite: &Suite) -> Vec<Finding> {
         let gates = suite.cases.iter().find(|spec| spec.name == case.name).map(|spec| spec.gates);
         findings.extend(of_case(case, &gates.unwrap_or_default()));
     }
+    findings.extend(results.refusals.iter().filter(|refusal| !refusal.right()).map(not_refused));
     if results.cases.iter().any(|case| case.device.selftest.is_none()) {
         let text =
             "the self-test was not run: whether the devices compute what they should is not known".into();
@@ -69,6 +72,15 @@ pub fn of_case(case: &Case, gates: &Gates) -> Vec<Finding> {
         add(Severity::Failure, FindingKind::Selftest, Some(text));
     }
     add(Severity::Failure, FindingKind::Rejected, wrong_samples(case));
+    let failed = case.failed.as_ref().map(|text| format!("not measured: {}", text.trim()));
+    add(Severity::Failure, FindingKind::Failed, failed);
+    add(Severity::Failure, FindingKind::Truth, case.truth.as_ref().and_then(untrue));
+    if case.is_only_truth() {
+        for text in gate_failures(case, gates) {
+            add(Severity::Failure, FindingKind::Gate, Some(text));
+        }
+        return found;
+    }
     let model = case.reference.method.as_ref().filter(|method| **method != case.method);
     match (&case.pooled, model) {
         // Neighbouring pixels share the noise of a light volume, and samples do not remove it: neither is a fault.
@@ -94,6 +106,45 @@ fn percent(share: f64) -> String {
     let percent = share * 100.0;
     let digits = if percent.abs() >= 10.0 { 1 } else { 3 };
     format!("{percent:.digits$} %")
+}
+
+/// How a picture deviates from what is known of it.
+fn untrue(judged: &Judged) -> Option<String> {
+    if judged.right {
+        return None;
+    }
+    let count = |count: u64, what: &str| (count > 0).then(|| format!("{count} values are {what}"));
+    let numbers = |of: [f64; 3]| match of {
+        [r, g, b] if r == g && g == b => format!("{r:.6e}"),
+        of => of.map(|value| format!("{value:.6e}")).join(", "),
+    };
+    let off = judged.share.is_none_or(|share| share > 1.0).then(|| {
+        let what = match judged.of {
+            Quantity::Mean => "the mean",
+            Quantity::Each => "a pixel",
+        };
+        let z = judged.z.map(|z| format!("{z:+.1} σ"));
+        let by: Vec<String> =
+            z.into_iter().chain(judged.relative.map(|share| format!("{:+.3e} of it", share))).collect();
+        let (found, value) = (numbers(judged.found), numbers(judged.value));
+        let by = if by.is_empty() { String::new() } else { format!(" ({})", by.join(", ")) };
+        format!("off: {what} is {found}, not {value}{by}")
+    });
+    let faults =
+        [off, count(judged.not_finite, "not finite"), count(judged.negative, "negative beyond their noise")];
+    Some(faults.into_iter().flatten().collect::<Vec<_>>().join("; "))
+}
+
+fn not_refused(refusal: &Refusal) -> Finding {
+    let text = match &refusal.message {
+        None => format!("not refused; it must be, with \"{}\"", refusal.wanted),
+        Some(message) => {
+            let line = message.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+            format!("refused for another reason than \"{}\": {line}", refusal.wanted)
+        }
+    };
+    let case = Some(refusal.name.clone());
+    Finding { severity: Severity::Failure, kind: FindingKind::Refusal, case, device: None, text }
 }
 
 fn wrong_samples(case: &Case) -> Option<String> {

@@ -6,10 +6,12 @@ use super::piece::picture_name;
 use super::pool::pool_equal;
 use super::results::{Case, Images, Results};
 use super::suite::CaseSpec;
+use super::truth::judge;
 use crate::Result;
 use crate::metrics::write_difference;
 use crate::picture::{read_exr, write_exr, write_png};
 use crate::render::preview_tonemap;
+use crate::scene::Method;
 
 /// Writes the pictures.
 pub struct Gallery<'a> {
@@ -43,16 +45,19 @@ impl Gallery<'_> {
         let file = |end: &str| format!("images/{name}{end}");
         write_exr(&self.folder.path(&file(".exr")), &pooled)?;
         write_png(&self.folder.path(&file(".png")), &pooled, &tonemap)?;
+        case.pooled = Some(measure(&pooled, &reference)?);
+        // Light volumes and photons light many pixels.
+        let shared = matches!(spec.scene.method, Method::LightVolume(_) | Method::Caustics(_));
+        case.truth = spec.truth.as_ref().map(|truth| judge(&pooled, truth, shared)).transpose()?;
+        case.images = Images { image: Some(file(".exr")), preview: Some(file(".png")), ..Images::default() };
+        if case.is_only_truth() {
+            return Ok(());
+        }
         write_png(&self.folder.path(&file(".reference.png")), &reference, &tonemap)?;
         let scale = write_difference(&self.folder.path(&file(".difference.png")), &pooled, &reference)?;
-        case.pooled = Some(measure(&pooled, &reference)?);
-        case.images = Images {
-            image: Some(file(".exr")),
-            preview: Some(file(".png")),
-            reference_preview: Some(file(".reference.png")),
-            difference: Some(file(".difference.png")),
-            difference_scale: scale,
-        };
+        case.images.reference_preview = Some(file(".reference.png"));
+        case.images.difference = Some(file(".difference.png"));
+        case.images.difference_scale = scale;
         Ok(())
     }
 }

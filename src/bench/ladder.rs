@@ -167,6 +167,7 @@ pub fn climb(
         slower: 0.1,
         published: Vec::new(),
         cases,
+        refusals: Vec::new(),
     };
     let results = run(&suite, options, folder, watch)?;
     let measured = results.cases.iter().map(|case| describe(case, request.tolerance, &single, folder));
@@ -212,6 +213,7 @@ fn rung(request: &Request<'_>, method: &str, more: &[String]) -> Result<CaseSpec
     let warmup = if matches!(scene.method, Method::LightVolume(_)) { 0 } else { 1 };
     let case = CaseSpec {
         name: method.into(),
+        about: String::new(),
         group: "ladder".into(),
         curve: None,
         scene_name: request.scene.display().to_string(),
@@ -223,6 +225,8 @@ fn rung(request: &Request<'_>, method: &str, more: &[String]) -> Result<CaseSpec
         checkpoints: Checkpoints::Times(vec![request.time]),
         reference: ReferenceSpec::Constant([0.0; 3]),
         gates: Gates::default(),
+        truth: None,
+        limit: None,
     };
     against(request, LAST, case)
 }

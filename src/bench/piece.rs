@@ -111,7 +111,12 @@ impl Task<'_> {
             last: None,
             watch,
         };
-        run.checkpoints()?;
+        if let Some(limit) = self.case.limit {
+            watch.arm(limit, &format!("{} on {}", self.case.name, self.device.selector));
+        }
+        let outcome = run.checkpoints();
+        watch.disarm();
+        outcome?;
         let (measured, last) = (run.measured, run.last.map(without_state));
         let light = session.light_facts().map(LightRun::of);
         let photons = session.pass_facts().map(PhotonRun::of);
@@ -210,6 +215,14 @@ impl Run<'_> {
             self.session.step(target)?;
             self.clock += begin.elapsed();
             stop_if_asked(self.watch)?;
+            if let Some(limit) = self.task.case.limit.filter(|&limit| self.clock > limit) {
+                let samples = self.session.progress().samples;
+                let took = self.clock.as_secs_f64();
+                return Err(Error::Failed(format!(
+                    "{samples} samples took {took:.1} s, longer than its limit of {:.1} s",
+                    limit.as_secs_f64()
+                )));
+            }
             self.watch.now_and_then(|| {
                 let (name, seconds) = (&self.task.case.name, self.clock.as_secs_f64());
                 let Progress { samples, light, .. } = self.session.progress();

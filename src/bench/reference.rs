@@ -32,7 +32,10 @@ impl Reference {
     /// fails, [`Error::Interrupted`].
     pub fn obtain(case: &CaseSpec, device: &DeviceInfo, folder: &Folder, watch: &Watch<'_>) -> Result<Self> {
         match &case.reference {
-            ReferenceSpec::Constant(color) => constant(*color, &case.scene.image, folder),
+            ReferenceSpec::Constant(color) => {
+                constant(*color, ReferenceKind::Constant, &case.scene.image, folder)
+            }
+            ReferenceSpec::Truth(color) => constant(*color, ReferenceKind::Truth, &case.scene.image, folder),
             ReferenceSpec::File { name, path } => from_file(name, path, &case.scene.image, folder),
             ReferenceSpec::Computed(spec) => rendered(spec, &case.name, device, folder, watch),
         }
@@ -47,7 +50,7 @@ impl Reference {
     }
 }
 
-fn constant(color: [f64; 3], image: &Image, folder: &Folder) -> Result<Reference> {
+fn constant(color: [f64; 3], kind: ReferenceKind, image: &Image, folder: &Folder) -> Result<Reference> {
     let (width, height) = (image.width as usize, image.height as usize);
     let mut picture = Picture::new(width, height);
     for (name, value) in ["R", "G", "B"].into_iter().zip(color) {
@@ -56,7 +59,7 @@ fn constant(color: [f64; 3], image: &Image, folder: &Folder) -> Result<Reference
     let hash = short_hash(format!("constant {color:?} {width} {height}").as_bytes());
     let [r, g, b] = color;
     let text = if r == g && g == b { format!("{r}") } else { format!("[{r}, {g}, {b}]") };
-    keep(&picture, ReferenceKind::Constant, format!("the radiance {text} everywhere, exactly"), hash, folder)
+    keep(&picture, kind, format!("the radiance {text} everywhere, exactly"), hash, folder)
 }
 
 fn from_file(name: &str, path: &Path, image: &Image, folder: &Folder) -> Result<Reference> {

@@ -32,6 +32,9 @@ pub struct Results {
     pub complete: bool,
     /// Every case on every device.
     pub cases: Vec<Case>,
+    /// Every case that must be refused.
+    #[serde(default)]
+    pub refusals: Vec<Refusal>,
     /// What others published, beside what was measured here.
     pub published: Vec<Published>,
     /// What the reader should know; the worst first.
@@ -69,6 +72,9 @@ pub struct Machine {
 pub struct Case {
     /// Unique among the cases of a device.
     pub name: String,
+    /// What it is about; may be empty.
+    #[serde(default)]
+    pub about: String,
     /// Cases of one group belong into one plot and share what they are measured against.
     pub group: String,
     /// Cases of one curve are joined in the plot of error against time, each with its last checkpoint.
@@ -106,6 +112,98 @@ pub struct Case {
     pub summary: Summary,
     /// Pictures of the case.
     pub images: Images,
+    /// What is known of its picture, and how far that is off; `None` where nothing is known or measured.
+    #[serde(default)]
+    pub truth: Option<Judged>,
+    /// Why it could not be measured, where it could not.
+    #[serde(default)]
+    pub failed: Option<String>,
+}
+
+impl Case {
+    /// Whether it is judged by its truth alone.
+    pub fn is_only_truth(&self) -> bool {
+        self.reference.kind == ReferenceKind::Truth
+    }
+
+    /// Whether samples were not finite, or paths went wrong.
+    pub fn is_faulty(&self) -> bool {
+        let last = self.repeats.iter().filter_map(|repeat| repeat.checkpoints.last());
+        last.into_iter().any(|last| last.rejected + last.faults > 0)
+    }
+}
+
+/// What is known of a picture, beside what was found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// Per channel.
+    pub value: [f64; 3],
+    /// Of what.
+    pub of: Quantity,
+    /// Left, top, right, bottom in pixels, the last two not included.
+    pub region: [u32; 4],
+    /// Standard error of `value`.
+    pub error: f64,
+    /// Share of `value` that is no fault.
+    pub tolerance: f64,
+    /// Standard errors that are no fault.
+    pub sigmas: f64,
+    /// Where `value` is from.
+    pub source: String,
+    /// What the picture has; of single pixels, that which is furthest off.
+    pub found: [f64; 3],
+    /// Standard error of `found` from the pixels' own variance; `None` where nothing is random, or pixels share noise.
+    pub standard_error: Option<[f64; 3]>,
+    /// The largest deviation of a channel in standard errors, of both; `None` where there is none, or less of it than the
+    /// tolerance allows for.
+    pub z: Option<f64>,
+    /// The largest deviation of a channel over its value; `None` for 0.
+    pub relative: Option<f64>,
+    /// The largest deviation of a channel over what is allowed: at most 1 is right. `None` where any is too much.
+    pub share: Option<f64>,
+    /// Values of the whole picture that are not finite.
+    pub not_finite: u64,
+    /// Values of the whole picture below 0 by more than `sigmas` standard errors of their own.
+    pub negative: u64,
+    /// Whether it agrees.
+    pub right: bool,
+}
+
+/// What a truth is of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Quantity {
+    /// The mean of the pixels.
+    #[default]
+    Mean,
+    /// Every pixel by itself; noise is not allowed for.
+    Each,
+}
+
+/// A case that must be refused, and what happened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Refusal {
+    /// Unique in the suite.
+    pub name: String,
+    /// What it is about; may be empty.
+    pub about: String,
+    /// The part of the table it belongs to.
+    pub group: String,
+    /// The scene file, as the suite names it.
+    pub scene: String,
+    /// `key.path=value`, in the order in which they apply.
+    pub overrides: Vec<String>,
+    /// What the message must contain.
+    pub wanted: String,
+    /// The message; `None` where the scene was taken.
+    pub message: Option<String>,
+}
+
+impl Refusal {
+    /// Whether it was refused, and for that.
+    pub fn right(&self) -> bool {
+        self.message.as_ref().is_some_and(|message| message.contains(&self.wanted))
+    }
 }
 
 /// A device and whether it can be trusted.
@@ -162,6 +260,8 @@ pub enum ReferenceKind {
     File,
     /// Rendered by svetlo with an independent random stream.
     Computed,
+    /// None: the case is judged by its truth.
+    Truth,
 }
 
 /// One run of a case: a session of its own, with random numbers of its own.
@@ -491,6 +591,12 @@ pub enum FindingKind {
     Gate,
     /// Times that vary much.
     Spread,
+    /// What is known of the picture does not hold.
+    Truth,
+    /// A case that must be refused was not, or not for its reason.
+    Refusal,
+    /// A case could not be measured, or took too long.
+    Failed,
     /// Something is missing.
     Incomplete,
 }

@@ -8,6 +8,7 @@ use super::machine::{machine, now};
 use super::piece::{Piece, Target, Task};
 use super::published::published;
 use super::reference::Reference;
+use super::refusals;
 use super::results::{Case, DeviceDescription, FORMAT, Images, Results, Summary};
 use super::suite::{CaseSpec, ReferenceSpec, Suite};
 use super::summary::{Measured, summarise};
@@ -22,6 +23,7 @@ use crate::{Error, Result};
 use std::time::Instant;
 
 /// What a case is, beyond its scene.
+#[derive(Default)]
 pub(super) struct Facts {
     /// Hash of the files that the scene reads.
     pub data: String,
@@ -38,6 +40,8 @@ struct Slot<'a> {
     trust: Trust,
     reference: Option<&'a Reference>,
     pieces: Vec<Piece>,
+    /// Why there are no more pieces.
+    failed: Option<String>,
 }
 
 /// How a suite is run.
@@ -56,7 +60,19 @@ pub struct Options<'a> {
 pub fn run(suite: &Suite, options: &Options<'_>, folder: &Folder, watch: &Watch<'_>) -> Result<Results> {
     let devices = options.devices;
     let (started, begin) = (now(), Instant::now());
-    let facts = suite.cases.iter().map(|case| facts(case, devices)).collect::<Result<Vec<_>>>()?;
+    let mut known = Vec::new();
+    for case in &suite.cases {
+        known.push(match facts(case, devices) {
+            Ok(facts) => Ok(facts),
+            // One of many is no reason to leave the others.
+            Err(Error::Input(text) | Error::Failed(text)) if case.truth.is_some() => Err(text),
+            Err(error) => return Err(error),
+        });
+    }
+    let facts: Vec<(Facts, Option<String>)> = known
+        .into_iter()
+        .map(|facts| facts.map_or_else(|text| (Facts::default(), Some(text)), |facts| (facts, None)))
+        .collect();
     let mut references = Vec::new();
     for (index, case) in suite.cases.iter().enumerate() {
         let earlier = suite.cases[..index].iter().position(|earlier| same_reference(earlier, case));
@@ -73,14 +89,17 @@ pub fn run(suite: &Suite, options: &Options<'_>, folder: &Folder, watch: &Watch<
     for &device in devices {
         let trust = if options.selftest { Trust::of(device, folder, watch)? } else { Trust::default() };
         for (index, (case, facts)) in suite.cases.iter().zip(&facts).enumerate() {
+            let (facts, failed) = facts;
             let reference = references.get(index);
             let trust = trust.clone();
-            slots.push(Slot { case, facts, device, trust, reference, pieces: Vec::new() });
+            let failed = failed.clone();
+            slots.push(Slot { case, facts, device, trust, reference, pieces: Vec::new(), failed });
         }
     }
     let bench = Bench { suite, folder, watch, started, begin };
     let complete = bench.measure(&mut slots)?;
     let mut results = bench.results(&slots, complete);
+    results.refusals = refusals::try_all(&suite.refusals, devices);
     Gallery { folder }.fill(&mut results, &bench.pieces_of(&slots))?;
     results.findings = findings::of(&results, suite);
     folder.write_results(&results)?;
@@ -131,14 +150,19 @@ impl Bench<'_> {
         let mut done = 0;
         for round in 0..rounds {
             for index in 0..slots.len() {
-                if round >= repeats(&slots[index]) {
+                if round >= repeats(&slots[index]) || slots[index].failed.is_some() {
                     continue;
                 }
                 done += 1;
-                let Some(piece) = or_none(self.piece(slots, index, round, (done, total)), self.watch)? else {
-                    return Ok(false);
-                };
-                slots[index].pieces.push(piece);
+                match or_none(self.piece(slots, index, round, (done, total)), self.watch) {
+                    Ok(Some(piece)) => slots[index].pieces.push(piece),
+                    Ok(None) => return Ok(false),
+                    Err(Error::Input(text) | Error::Failed(text)) if slots[index].case.truth.is_some() => {
+                        self.watch.say(&format!("{}: {text}", slots[index].case.name));
+                        slots[index].failed = Some(text);
+                    }
+                    Err(error) => return Err(error),
+                }
             }
             // Pictures come at the end; the numbers so far are safe even from a kill.
             self.folder.write_results(&self.results(slots, false))?;
@@ -190,6 +214,7 @@ impl Bench<'_> {
             complete,
             published: published(&self.suite.published, &cases),
             cases,
+            refusals: Vec::new(),
             findings: Vec::new(),
         }
     }
@@ -198,6 +223,7 @@ impl Bench<'_> {
         let (spec, device) = (slot.case, slot.device);
         let mut case = Case {
             name: spec.name.clone(),
+            about: spec.about.clone(),
             group: spec.group.clone(),
             curve: spec.curve.clone(),
             scene: spec.scene_name.clone(),
@@ -225,6 +251,8 @@ impl Bench<'_> {
             pooled: None,
             summary: Summary::default(),
             images: Images::default(),
+            truth: None,
+            failed: slot.failed.clone(),
         };
         let measured: Vec<Measured<'_>> = slot
             .pieces
@@ -268,7 +296,7 @@ fn targets(slots: &[Slot<'_>], slot: &Slot<'_>, round: u32) -> Result<Vec<Target
         other.device.selector == slot.device.selector
             && a.scene.seedless_hash == b.scene.seedless_hash
             && other.facts.data == slot.facts.data
-            && (a.warmup, &a.checkpoints) == (b.warmup, &b.checkpoints)
+            && (a.warmup, &a.checkpoints, a.limit) == (b.warmup, &b.checkpoints, b.limit)
             && round < a.repeats
     };
     let mut references: Vec<&Reference> = slot.reference.into_iter().collect();

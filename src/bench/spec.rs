@@ -1,6 +1,6 @@
 //! What a validated suite is made of.
 
-use super::results::{Measure, SuiteInfo};
+use super::results::{Measure, Quantity, SuiteInfo};
 use crate::scene::Scene;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -14,8 +14,10 @@ pub struct Suite {
     pub devices: Vec<String>,
     /// Seed of the first repeat.
     pub seed: u64,
-    /// The cases, at least one.
+    /// The cases that are rendered.
     pub cases: Vec<CaseSpec>,
+    /// Those that must be refused; not both are empty.
+    pub refusals: Vec<RefusalSpec>,
     /// Relative errors whose times are reported, descending.
     pub errors: Vec<f64>,
     /// Growth of a time that counts against a baseline, a fraction.
@@ -29,6 +31,8 @@ pub struct Suite {
 pub struct CaseSpec {
     /// Unique in the suite.
     pub name: String,
+    /// What it is about; may be empty.
+    pub about: String,
     /// The plot it belongs to.
     pub group: String,
     /// The curve of that plot it is a point of, if it has none to itself.
@@ -51,6 +55,48 @@ pub struct CaseSpec {
     pub reference: ReferenceSpec,
     /// Limits.
     pub gates: Gates,
+    /// What is known of its picture.
+    pub truth: Option<TruthSpec>,
+    /// Most time for the samples of a run.
+    pub limit: Option<Duration>,
+}
+
+/// A case that must be refused.
+#[derive(Clone, Debug)]
+pub struct RefusalSpec {
+    /// Unique in the suite.
+    pub name: String,
+    /// What it is about; may be empty.
+    pub about: String,
+    /// The part of the table it belongs to.
+    pub group: String,
+    /// The scene file as the suite names it.
+    pub scene_name: String,
+    /// The scene file.
+    pub scene_path: PathBuf,
+    /// Overrides, in order.
+    pub overrides: Vec<String>,
+    /// What the message must contain.
+    pub message: String,
+}
+
+/// What is known of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TruthSpec {
+    /// Per channel.
+    pub value: [f64; 3],
+    /// Of what.
+    pub of: Quantity,
+    /// Left, top, right, bottom; within the image.
+    pub region: [u32; 4],
+    /// Standard error of the value.
+    pub error: f64,
+    /// Share of the value that is no fault.
+    pub tolerance: f64,
+    /// Standard errors that are no fault.
+    pub sigmas: f64,
+    /// Where it is from.
+    pub source: String,
 }
 
 /// Where errors are measured; ascending, at least one.
@@ -67,6 +113,8 @@ pub enum Checkpoints {
 pub enum ReferenceSpec {
     /// The same radiance everywhere.
     Constant([f64; 3]),
+    /// None but the case's truth, as if it were everywhere.
+    Truth([f64; 3]),
     /// A picture.
     File {
         /// As the suite names it.

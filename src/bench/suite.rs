@@ -2,12 +2,16 @@
 
 use super::computed;
 use super::results::SuiteInfo;
-pub use super::spec::{CaseSpec, Checkpoints, ComputedReference, Gates, PublishedSpec, ReferenceSpec, Suite};
+pub use super::spec::{
+    CaseSpec, Checkpoints, ComputedReference, Gates, PublishedSpec, ReferenceSpec, RefusalSpec, Suite,
+    TruthSpec,
+};
 use super::types::{
-    CaseConfig, CheckpointsConfig, GatesConfig, PublishedConfig, ReferenceConfig, SuiteConfig, VariantConfig,
+    CaseConfig, CheckpointsConfig, GatesConfig, PublishedConfig, ReferenceConfig, SuiteConfig, TruthConfig,
+    VariantConfig,
 };
 use crate::config::{Document, Loaded, Problem, load_as, nearest, quote};
-use crate::scene::Scene;
+use crate::scene::{Image, Scene};
 use crate::{Error, Result};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -50,6 +54,8 @@ impl Suite {
         let text = document.sources.first().map_or("", |source| source.text.as_str());
         let mut errors: Vec<f64> = config.errors.iter().map(|error| error.0).collect();
         errors.sort_by(|a, b| b.total_cmp(a));
+        let (refused, drafts): (Vec<_>, Vec<_>) =
+            drafts.into_iter().partition(|draft| draft.refuses.is_some());
         Ok(Self {
             info: SuiteInfo {
                 title: config.title.clone(),
@@ -60,10 +66,31 @@ impl Suite {
             devices: config.devices.clone(),
             seed: config.seed,
             cases: finish_all(drafts)?,
+            refusals: refused.into_iter().filter_map(refusal).collect(),
             errors,
             slower: config.slower.0,
             published,
         })
+    }
+
+    /// Keeps the cases whose names contain one of `texts`, if there are any.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when a text is in no name.
+    pub fn keep(&mut self, texts: &[String]) -> Result<()> {
+        let names = || {
+            let refusals = self.refusals.iter().map(|case| &case.name);
+            self.cases.iter().map(|case| &case.name).chain(refusals)
+        };
+        if let Some(text) = texts.iter().find(|text| !names().any(|name| name.contains(*text))) {
+            let meant = nearest(text, names().map(String::as_str));
+            let hint = meant.map_or(String::new(), |name| format!("; did you mean {}?", quote(name)));
+            return Err(Error::Input(format!("no case has {} in its name{hint}", quote(text))));
+        }
+        let kept = |name: &str| texts.is_empty() || texts.iter().any(|text| name.contains(text));
+        self.cases.retain(|case| kept(&case.name));
+        self.refusals.retain(|case| kept(&case.name));
+        Ok(())
     }
 }
 
@@ -85,10 +112,14 @@ struct Draft<'c> {
     repeats: u32,
     warmup: u32,
     checkpoints: Checkpoints,
-    reference: &'c ReferenceConfig,
+    /// `None` where the truth is all there is.
+    reference: Option<&'c ReferenceConfig>,
     /// Where the suite is.
     folder: &'c Path,
     gates: Gates,
+    truth: Option<&'c TruthConfig>,
+    refuses: Option<&'c String>,
+    limit: Option<Duration>,
 }
 
 struct Reader<'c> {
@@ -156,31 +187,41 @@ impl<'c> Reader<'c> {
         let gates = gates(case.gates.as_ref().unwrap_or(&self.suite.gates));
         let group = case.group.as_ref().unwrap_or(&case.name);
         let folder = self.folder;
-        let draft = |combination: Vec<&'c VariantConfig>| Draft {
-            reference: combination
-                .iter()
-                .rev()
-                .find_map(|variant| variant.reference.as_ref())
-                .unwrap_or(own_reference),
-            name: combination.iter().fold(case.name.clone(), |name, variant| name + ", " + &variant.name),
-            group: match combination.iter().filter_map(|variant| variant.group.as_deref()).collect::<Vec<_>>()
-            {
-                none if none.is_empty() => group.clone(),
-                names => names.join(", "),
-            },
-            config: case,
-            scene_path: scene_path.clone(),
-            overrides: [&self.suite.set, &case.set]
-                .into_iter()
-                .chain(combination.iter().map(|variant| &variant.set))
-                .flatten()
-                .cloned()
-                .collect(),
-            repeats: case.repeats.unwrap_or(self.suite.repeats),
-            warmup: case.warmup.unwrap_or(self.suite.warmup),
-            checkpoints: checkpoints.clone(),
-            folder,
-            gates,
+        let limit = case.limit.or(self.suite.limit).map(|limit| limit.0);
+        let draft = |combination: Vec<&'c VariantConfig>| {
+            let variants = || combination.iter().rev();
+            let truth = variants().find_map(|variant| variant.truth.as_ref()).or(case.truth.as_ref());
+            let of_variant = variants().find_map(|variant| variant.reference.as_ref());
+            // A truth stands in for the suite's reference, not for one that was given to the case.
+            let own = (truth.is_none() || case.reference.is_some()).then_some(own_reference);
+            Draft {
+                reference: of_variant.or(own),
+                truth,
+                refuses: variants().find_map(|variant| variant.refuses.as_ref()).or(case.refuses.as_ref()),
+                limit,
+                name: combination.iter().fold(case.name.clone(), |name, variant| name + ", " + &variant.name),
+                group: match combination
+                    .iter()
+                    .filter_map(|variant| variant.group.as_deref())
+                    .collect::<Vec<_>>()
+                {
+                    none if none.is_empty() => group.clone(),
+                    names => names.join(", "),
+                },
+                config: case,
+                scene_path: scene_path.clone(),
+                overrides: [&self.suite.set, &case.set]
+                    .into_iter()
+                    .chain(combination.iter().map(|variant| &variant.set))
+                    .flatten()
+                    .cloned()
+                    .collect(),
+                repeats: case.repeats.unwrap_or(self.suite.repeats),
+                warmup: case.warmup.unwrap_or(self.suite.warmup),
+                checkpoints: checkpoints.clone(),
+                folder,
+                gates,
+            }
         };
         combinations(vary).into_iter().map(draft).collect()
     }
@@ -299,12 +340,14 @@ fn finish_all(drafts: Vec<Draft<'_>>) -> Result<Vec<CaseSpec>> {
 
 fn finish(draft: Draft<'_>) -> Result<CaseSpec> {
     let scene = Scene::load(&draft.scene_path, &draft.overrides)?;
+    let truth = draft.truth.map(|truth| truth_of(truth, &scene.image)).transpose()?;
     let reference = match draft.reference {
-        ReferenceConfig::Constant { value } => ReferenceSpec::Constant(value.0),
-        ReferenceConfig::File { path: name } => {
+        None => ReferenceSpec::Truth(truth.as_ref().map_or([0.0; 3], |truth| truth.value)),
+        Some(ReferenceConfig::Constant { value }) => ReferenceSpec::Constant(value.0),
+        Some(ReferenceConfig::File { path: name }) => {
             ReferenceSpec::File { name: name.clone(), path: draft.folder.join(name) }
         }
-        ReferenceConfig::Computed { set, error, time } => {
+        Some(ReferenceConfig::Computed { set, error, time }) => {
             let sets: Vec<String> = draft.overrides.iter().chain(set).cloned().collect();
             let scenes = computed::scenes(&draft.scene_path, &sets, REFERENCE_SEED)?;
             let (image, of_case) = (&scenes[0].image, &scene.image);
@@ -324,6 +367,7 @@ fn finish(draft: Draft<'_>) -> Result<CaseSpec> {
     };
     Ok(CaseSpec {
         name: draft.name,
+        about: draft.config.about.clone(),
         group: draft.group,
         curve: draft.config.curve.clone(),
         scene_name: draft.config.scene.clone(),
@@ -335,6 +379,35 @@ fn finish(draft: Draft<'_>) -> Result<CaseSpec> {
         checkpoints: draft.checkpoints,
         reference,
         gates: draft.gates,
+        truth,
+        limit: draft.limit,
+    })
+}
+
+fn truth_of(config: &TruthConfig, image: &Image) -> Result<TruthSpec> {
+    let region = config.region.unwrap_or([0, 0, image.width, image.height]);
+    let [left, top, right, bottom] = region;
+    if left >= right || top >= bottom || right > image.width || bottom > image.height {
+        return Err(Error::Input(format!(
+            "error: the region {region:?} of the truth is not in the image of {}×{} pixels; it must be \
+             [left, top, right, bottom] with left < right ≤ {0} and top < bottom ≤ {1}",
+            image.width, image.height
+        )));
+    }
+    let TruthConfig { value, of, error, sigmas, ref source, tolerance, .. } = *config;
+    let (value, tolerance, source) = (value.0, tolerance.0, source.clone());
+    Ok(TruthSpec { value, of, region, error, tolerance, sigmas, source })
+}
+
+fn refusal(draft: Draft<'_>) -> Option<RefusalSpec> {
+    Some(RefusalSpec {
+        message: draft.refuses?.clone(),
+        name: draft.name,
+        about: draft.config.about.clone(),
+        group: draft.group,
+        scene_name: draft.config.scene.clone(),
+        scene_path: draft.scene_path,
+        overrides: draft.overrides,
     })
 }
 

@@ -1,12 +1,17 @@
 //! The results as a table for people.
 
-use super::results::{Interval, Measure, Results, Severity, Spread};
+use super::results::{Case, Interval, Measure, Results, Severity, Spread};
+use super::truth_table::truths;
 use std::fmt::Write;
 
-/// One line per case, then what others published, then the findings.
+/// One line per case, then what is known of the cases and what of it holds, what others published, and the findings.
 pub fn table(results: &Results) -> String {
     let mut text = String::new();
-    cases(results, &mut text);
+    let measured: Vec<&Case> = results.cases.iter().filter(|case| !case.is_only_truth()).collect();
+    if !measured.is_empty() {
+        cases(&measured, &mut text);
+    }
+    truths(results, &mut text);
     published(results, &mut text);
     for finding in &results.findings {
         let word = match finding.severity {
@@ -20,8 +25,8 @@ pub fn table(results: &Results) -> String {
     text.trim_end().into()
 }
 
-fn cases(results: &Results, text: &mut String) {
-    let width = results.cases.iter().map(|case| case.name.chars().count()).max().unwrap_or(0).max(4);
+fn cases(cases: &[&Case], text: &mut String) {
+    let width = cases.iter().map(|case| case.name.chars().count()).max().unwrap_or(0).max(4);
     let _ = writeln!(
         text,
         "{:<width$}  {:<6} {:>8} {:>16} {:>18} {:>8} {:>14} {:>11} {:>9} {:>9}",
@@ -36,7 +41,7 @@ fn cases(results: &Results, text: &mut String) {
         "5 % in s",
         "1 % in s"
     );
-    for case in &results.cases {
+    for case in cases {
         let Some(last) = case.summary.points.last() else {
             let _ = writeln!(text, "{:<width$}  {:<6} not measured", case.name, case.device.selector);
             continue;
@@ -97,7 +102,7 @@ fn published(results: &Results, text: &mut String) {
 }
 
 /// Three significant digits.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     let digits = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
     format!("{value:.digits$}")
 }

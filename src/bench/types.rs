@@ -1,7 +1,7 @@
 //! Raw types of suite files, from which their JSON Schema is made. What is valid key by key but wrong together is
 //! checked in [`super::suite`].
 
-use super::results::Measure;
+use super::results::{Measure, Quantity};
 use crate::config::values::{ErrorTarget, Radiance, TimeLimit};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -45,6 +45,8 @@ pub struct SuiteConfig {
     /// Limits; whoever exceeds them makes the exit code 3.
     #[serde(default)]
     pub gates: GatesConfig,
+    /// Time that the samples of a run may take; a case that takes longer is ended, and makes the exit code 3.
+    pub limit: Option<TimeLimit>,
     /// Relative errors whose times are reported.
     #[serde(default = "usual_errors")]
     pub errors: Vec<ErrorTarget>,
@@ -64,6 +66,9 @@ pub struct SuiteConfig {
 pub struct CaseConfig {
     /// Its name in tables and plots.
     pub name: String,
+    /// What it is about, or why it is hard, in one line.
+    #[serde(default)]
+    pub about: String,
     /// Cases of one group share a plot. Default: the name.
     pub group: Option<String>,
     /// Cases of one curve are joined in the plot of error against time, each with its last checkpoint: one method with
@@ -88,6 +93,13 @@ pub struct CaseConfig {
     pub reference: Option<ReferenceConfig>,
     /// Limits, instead of those of the suite.
     pub gates: Option<GatesConfig>,
+    /// Time that the samples of a run may take.
+    pub limit: Option<TimeLimit>,
+    /// What is known of the picture from elsewhere. A deviation makes the exit code 3. Without a `reference` of its own,
+    /// the case is judged by this alone.
+    pub truth: Option<TruthConfig>,
+    /// Part of the message with which the scene must be refused: it is not rendered.
+    pub refuses: Option<String>,
 }
 
 /// One variant of an axis.
@@ -103,6 +115,39 @@ pub struct VariantConfig {
     pub group: Option<String>,
     /// What errors are measured against, instead of that of the case.
     pub reference: Option<ReferenceConfig>,
+    /// What is known of the picture, instead of that of the case.
+    pub truth: Option<TruthConfig>,
+    /// Part of the message with which the scene must be refused, instead of that of the case.
+    pub refuses: Option<String>,
+}
+
+/// What is known of a picture from a closed form or a published table. It is right where every channel deviates by no
+/// more than `sigmas` standard errors (of the picture, from its own variance, and of the truth) and `tolerance` of the
+/// value. Where pixels share their noise (light volumes, photons) the picture's own is not counted.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TruthConfig {
+    /// The value, one number or [r, g, b].
+    pub value: Radiance,
+    /// Of what.
+    #[serde(default)]
+    pub of: Quantity,
+    /// The pixels that count, [left, top, right, bottom], the last two not included. Default: all.
+    pub region: Option<[u32; 4]>,
+    /// Standard error of the value itself.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub error: f64,
+    /// Deviation, as a share of the value, that is no fault: rounding, a known error of the method. Default: 10⁻⁵.
+    #[serde(default = "rounding")]
+    pub tolerance: ErrorTarget,
+    /// Standard errors that chance may make of it.
+    #[serde(default = "five")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub sigmas: f64,
+    /// Where the value is from.
+    #[serde(default)]
+    pub source: String,
 }
 
 /// Where the error is measured: after numbers of samples, or after times. Default: 1, 4, 16 and 64 samples.
@@ -186,6 +231,14 @@ pub struct PublishedConfig {
     /// What to know about the comparison.
     #[serde(default)]
     pub note: String,
+}
+
+fn rounding() -> ErrorTarget {
+    ErrorTarget(1e-5)
+}
+
+fn five() -> f64 {
+    5.0
 }
 
 fn one() -> u64 {

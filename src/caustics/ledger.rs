@@ -1,6 +1,7 @@
 //! Where the flux of photons went.
 
 use crate::device_struct;
+use bytemuck::{Pod, Zeroable};
 
 device_struct! {
     "types/photon.cl",
@@ -29,7 +30,8 @@ device_struct! {
 /// Where the flux of all photons went, over all passes: means over channels, W for each pass's worth of light.
 ///
 /// With dispersion, channels of photons may be negative, and so may be a part of a few photons.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct PhotonLedger {
     /// What left the lights.
     pub emitted: f64,
@@ -120,7 +122,8 @@ impl PhotonLedger {
 
 /// The same of photons that diffuse surfaces reflect. Where they are stored is not where they end: what surfaces receive
 /// stands beside what became of the flux.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct BouncedLedger {
     /// What left the lights for these photons.
     pub emitted: f64,

@@ -11,13 +11,13 @@ use crate::device::{Arg, Buffer, Device, LAUNCH_TARGET, Pacer};
 use crate::render::caustics::{BouncedSetup, CausticsSetup};
 use crate::render::{Plan, Share};
 use crate::surfaces::SurfaceBuffers;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
 /// What the passes of a session did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PassFacts {
     /// Passes traced and mapped in this session.
     pub passes: u32,

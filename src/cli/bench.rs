@@ -7,12 +7,15 @@ use crate::bench::files::{Folder, read_json};
 use crate::bench::results::{FORMAT, Results, Severity};
 use crate::bench::suite::{CaseSpec, Checkpoints, ReferenceSpec, Suite};
 use crate::bench::table::table;
-use crate::bench::{Options, Watch, baseline, findings, run as run_suite};
+use crate::bench::{Alarm, Options, Watch, baseline, findings, run as run_suite};
 use crate::device::{Catalog, DeviceInfo};
 use crate::render::method_name;
 use crate::report;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
+
+/// Exit code of a device that hangs.
+const OUT_OF_TOLERANCE: i32 = 3;
 
 /// Arguments of `svetlo bench`.
 #[derive(clap::Args)]
@@ -28,6 +31,9 @@ pub struct BenchArgs {
     /// The results.json of an earlier run: what became slower or noisier since is exit code 3.
     #[arg(long, value_name = "results.json")]
     baseline: Option<PathBuf>,
+    /// Only cases with this text in their names (repeatable).
+    #[arg(long, value_name = "TEXT")]
+    case: Vec<String>,
     /// Validate the suite, print its cases, and run nothing.
     #[arg(long)]
     list: bool,
@@ -45,7 +51,8 @@ pub struct BenchArgs {
 /// With the documented exit codes; see [`Error`].
 pub fn run(arguments: &BenchArgs) -> Result<()> {
     outlive_file_size_limit()?;
-    let suite = Suite::load(&arguments.suite)?;
+    let mut suite = Suite::load(&arguments.suite)?;
+    suite.keep(&arguments.case)?;
     if arguments.list {
         return print_line(&list(&suite));
     }
@@ -60,7 +67,8 @@ pub fn run(arguments: &BenchArgs) -> Result<()> {
         }
     };
     let options = Options { devices: &devices, selftest: !arguments.no_selftest };
-    let watch = Watch::new(&tell, &interrupt);
+    let alarm = Alarm::new(hangs);
+    let watch = Watch::new(&tell, &interrupt).with_alarm(&alarm);
     let mut results = run_suite(&suite, &options, &folder, &watch)?;
     if let Some(old) = &old {
         results.findings.extend(baseline::compare(&results, old, suite.slower));
@@ -70,6 +78,14 @@ pub fn run(arguments: &BenchArgs) -> Result<()> {
     report::write(&results, &folder.path("."))?;
     print_line(&table(&results))?;
     outcome(&results)
+}
+
+/// A thread that waits for a driver cannot be ended, so the program is.
+fn hangs(what: &str) {
+    say(&format!(
+        "{what}: a launch does not come back, the device hangs; what is finished is kept: go on without it by --case"
+    ));
+    std::process::exit(OUT_OF_TOLERANCE);
 }
 
 fn read_baseline(path: &Path) -> Result<Results> {
@@ -94,6 +110,7 @@ fn list(suite: &Suite) -> String {
         };
         let reference = match &case.reference {
             ReferenceSpec::Constant(color) => format!("constant {color:?}"),
+            ReferenceSpec::Truth(color) => format!("none, truth {color:?}"),
             ReferenceSpec::File { name, .. } => format!("file {name}"),
             ReferenceSpec::Computed(spec) => format!("computed to {} %", spec.error * 100.0),
         };
@@ -107,7 +124,10 @@ fn list(suite: &Suite) -> String {
         )
     };
     let mut lines: Vec<String> = suite.cases.iter().map(line).collect();
-    lines.push(format!("{} cases are valid", suite.cases.len()));
+    lines.extend(
+        suite.refusals.iter().map(|case| format!("{}: must be refused: {}", case.name, case.message)),
+    );
+    lines.push(format!("{} cases are valid", suite.cases.len() + suite.refusals.len()));
     lines.join("\n")
 }
 

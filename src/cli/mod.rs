@@ -10,18 +10,23 @@ mod light;
 mod merge;
 mod output;
 mod photons;
+mod places;
 mod progress;
+mod ranks;
 mod render;
+mod render_args;
 mod selftest;
 mod stderr;
 mod summary;
 mod target;
 mod watcher;
 
+use crate::cluster::Process;
 use crate::metrics::command::CompareArgs;
 use crate::scene::Scene;
 use crate::{Error, Result};
 use clap::{Parser, Subcommand};
+use ranks::End;
 use std::io::Write;
 use std::path::Path;
 
@@ -39,7 +44,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene to an EXR image and a PNG preview.
-    Render(render::RenderArgs),
+    Render(render_args::RenderArgs),
     /// Add up parts of one picture that `render --part` rendered, anywhere: an image and its preview.
     Merge(merge::MergeArgs),
     /// Validate a scene and print the plan: features, memory per device, launches.
@@ -60,23 +65,41 @@ enum Command {
 
 /// Runs the command of this process and returns its exit code.
 pub fn main() -> u8 {
-    let arguments = match Arguments::try_parse() {
-        Ok(arguments) => arguments,
+    let process = match Process::join() {
+        Ok(process) => process,
+        Err(error) => return report(Err(error)),
+    };
+    // What is wrong with the arguments is so in all of several processes: the first says it.
+    let speaks = process.place().rank == 0;
+    let end = match Arguments::try_parse() {
+        Ok(arguments) => match run(arguments.command, &process) {
+            Err(error @ Error::Input(_)) if !speaks => error.exit_code().into(),
+            Err(error) => report(Err(error)).into(),
+            Ok(end) => end,
+        },
         Err(error) => {
-            let _ = error.print();
-            return u8::from(error.use_stderr()) * 2;
+            if speaks {
+                let _ = error.print();
+            }
+            (u8::from(error.use_stderr()) * 2).into()
         }
     };
-    match run(arguments.command) {
-        Ok(()) => 0,
-        Err(error) => {
-            // The interrupt was reported where it was handled.
-            if !matches!(error, Error::Interrupted) {
-                stderr::say(&message(&error));
-            }
-            error.exit_code()
-        }
+    if end.by_force {
+        process.abort(end.code)
+    } else {
+        process.leave()
     }
+    end.code
+}
+
+/// Says why a command has failed, if it has; its exit code.
+fn report(ended: Result<()>) -> u8 {
+    let Err(error) = ended else { return 0 };
+    // The interrupt was reported where it was handled.
+    if !matches!(error, Error::Interrupted) {
+        stderr::say(&message(&error));
+    }
+    error.exit_code()
 }
 
 /// Scene diagnostics start with their own `error:` and place; everything else gets the word here.
@@ -85,18 +108,22 @@ fn message(error: &Error) -> String {
     if text.starts_with("error") { text } else { format!("error: {text}") }
 }
 
-fn run(command: Command) -> Result<()> {
+fn run(command: Command, process: &Process) -> Result<End> {
+    let alone = |what| process.check_alone(what);
     match command {
-        Command::Render(arguments) => render::run(&arguments),
-        Command::Merge(arguments) => merge::run(&arguments),
+        Command::Render(arguments) => return ranks::run(&arguments, process),
+        Command::Merge(arguments) => alone("merge").and_then(|()| merge::run(&arguments)),
         Command::Check(arguments) => check::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Selftest(arguments) => selftest::run(&arguments),
-        Command::Compare(arguments) => crate::metrics::command::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
-        Command::Ladder(arguments) => ladder::run(&arguments),
+        Command::Compare(arguments) => {
+            alone("compare").and_then(|()| crate::metrics::command::run(&arguments))
+        }
+        Command::Bench(arguments) => alone("bench").and_then(|()| bench::run(&arguments)),
+        Command::Ladder(arguments) => alone("ladder").and_then(|()| ladder::run(&arguments)),
         Command::Schema => print_line(&pretty(&crate::config::schema())),
     }
+    .map(|()| End::from(0))
 }
 
 /// The scene of a command line.

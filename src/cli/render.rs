@@ -2,98 +2,43 @@
 
 use super::interrupt::{or_interrupted, watch_interrupt};
 use super::output::{check_inputs_survive, output_paths};
+use super::places;
 use super::progress::ProgressView;
+use super::render_args::RenderArgs;
 use super::stderr::say;
 use super::summary::Summary;
 use super::target::Target;
 use super::watcher::Watcher;
 use super::{load_scene, outlive_file_size_limit, pretty, print_line};
-use crate::config::formats::{parse_duration, parse_percentage};
-use crate::crew::Crew;
+use crate::cluster::{Fleet, Identity, Place};
+use crate::crew::{Crew, Team};
 use crate::device::{Catalog, Device, DeviceInfo};
 use crate::irradiance::LightData;
 use crate::picture::{check_writable, remove_leftovers};
 use crate::render::{
-    BRICK_SHIFT, Ended, Observer, Plan, Rendering, Saved, SceneData, Session, Share, Spent, announced_memory,
-    data_hash, method_name, preview_tonemap, run as run_progressive,
+    BRICK_SHIFT, Ended, Observer, Plan, Rendering, Saved, SceneData, Session, Spent, data_hash, method_name,
+    preview_tonemap, run as run_progressive,
 };
 use crate::scene::{Method, Scene, Stop};
 use crate::{Error, Result};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
-
-/// Arguments of `svetlo render`.
-#[derive(clap::Args)]
-pub struct RenderArgs {
-    /// The scene file.
-    scene: PathBuf,
-    /// The image to write; the preview goes beside it as .png [default: the scene's name with .exr, here]. A scene with
-    /// several views writes OUT.0001.exr, OUT.0002.exr and so on.
-    #[arg(short, long, value_name = "OUT.exr")]
-    output: Option<PathBuf>,
-    /// Override a value of the scene, such as `image.width=256` (repeatable).
-    #[arg(long, value_name = "KEY.PATH=VALUE")]
-    set: Vec<String>,
-    /// The device: a selector of `svetlo devices`, a kind (cpu, gpu) or part of a name. Repeat it for several that share the
-    /// work, or say all, or all:gpu [env: SVETLO_DEVICE, several with commas between].
-    #[arg(long, value_name = "SELECTOR")]
-    device: Vec<String>,
-    /// Stop after N samples per pixel; given here, --samples, --time and --error replace all stop rules of the scene.
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
-    samples: Option<u64>,
-    /// Stop after this time, such as 500ms, 30s, 2m.
-    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
-    time: Option<Duration>,
-    /// Stop when the estimated relative error is below this, such as 1%.
-    #[arg(long, value_name = "ERROR", value_parser = parse_percentage)]
-    error: Option<f64>,
-    /// Seed of the random numbers; overrides the scene's.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    seed: Option<u64>,
-    /// Continue the render whose image is at the output, bit for bit as if it had never stopped. --samples is the
-    /// total then, --error that of the whole, --time that of this run. Without an image there, start anew.
-    #[arg(long)]
-    resume: bool,
-    /// Rewrite the image and its preview after this time, and again and again, such as 10m [default: after 1s, then every
-    /// 5s, or less often where that would take more than a twentieth of the time].
-    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
-    snapshot: Option<Duration>,
-    /// Write the light volume (hybrid-diffusion, convection-diffusion) to this file, too.
-    #[arg(long, value_name = "LIGHT.nrrd", conflicts_with = "load_light")]
-    save_light: Option<PathBuf>,
-    /// Take the light volume from this file instead of computing it: the scene may differ in camera, image and stop
-    /// rules alone.
-    #[arg(long, value_name = "LIGHT.nrrd")]
-    load_light: Option<PathBuf>,
-    /// Render part I of N, for `svetlo merge` to add up: the samples I, I + N, I + 2N … of the picture, as a picture of its
-    /// own. --samples and --error stay those of the whole picture: a part stops with its share of the samples, or where N
-    /// parts like it have that error together. [default output: the scene's name with .I-of-N.exr]
-    #[arg(long, value_name = "I/N", value_parser = clap::value_parser!(Share))]
-    part: Option<Share>,
-    /// Print nothing but errors.
-    #[arg(long)]
-    quiet: bool,
-    /// Print a JSON summary to stdout at the end, and nothing else there.
-    #[arg(long)]
-    json: bool,
-}
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// Renders the scene's views.
 ///
 /// Whatever can be wrong is found in the order of its cost: scene, output, device, memory, data.
 ///
+/// `fleet`: the other processes that do so, of which this one has its `place`.
+///
 /// # Errors
 /// With the documented exit codes; see [`Error`].
-pub fn run(arguments: &RenderArgs) -> Result<()> {
+pub fn run(arguments: &RenderArgs, place: &Place, mut fleet: Option<&mut Fleet<'_>>) -> Result<()> {
     let start = Instant::now();
     outlive_file_size_limit()?;
-    let mut sets = arguments.set.clone();
-    sets.extend(arguments.seed.map(|seed| format!("seed={seed}")));
-    let scene = load_scene(&arguments.scene, &sets)?;
+    let scene = load_scene(&arguments.scene, &arguments.sets())?;
     let outputs =
         output_paths(&arguments.scene, arguments.output.as_deref(), arguments.part, scene.views.len())?;
     check_share(arguments, &scene)?;
@@ -107,12 +52,24 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
     remove_leftovers(&outputs[0]);
     let interrupt = watch_interrupt()?;
     let catalog = Catalog::enumerate();
-    let infos = catalog.select_several(&selectors(arguments))?;
-    let infos = with_room(infos, &scene, arguments.quiet)?;
+    let infos = places::chosen(arguments, &catalog, place)
+        .and_then(|infos| places::with_room(infos, &scene, arguments.quiet));
+    let (infos, lack) = match (infos, &mut fleet) {
+        (infos, None) => (infos?, None),
+        (infos, Some(fleet)) => {
+            let identity = Identity::of(&scene, arguments.part);
+            fleet.muster(&identity, &|| !interrupt.load(Ordering::Relaxed)).map_err(unbegun)?;
+            fleet.begin(0)?;
+            // Others may have devices where this machine has none.
+            infos.map_or_else(|error| (Vec::new(), Some(error)), |infos| (infos, None))
+        }
+    };
     let data = SceneData::load(&scene)?;
     let mut job = Job {
         arguments,
         infos,
+        lack,
+        fleet,
         data: &data,
         interrupt,
         light: None,
@@ -120,12 +77,7 @@ pub fn run(arguments: &RenderArgs) -> Result<()> {
         said: 0,
         reports: Vec::new(),
     };
-    let mut start = start;
-    let ended = scene.views.iter().zip(&outputs).try_for_each(|(view, output)| {
-        let ended = job.render(&scene.of_view(view), output, start);
-        start = Instant::now();
-        ended
-    });
+    let ended = job.render_all(&scene, &outputs, start);
     job.report()?;
     ended
 }
@@ -140,10 +92,14 @@ struct Task<'a> {
 }
 
 /// What the pictures of a scene share.
-struct Job<'a> {
+struct Job<'a, 'e> {
     arguments: &'a RenderArgs,
-    /// The devices, at least one.
+    /// The devices of this process, at least one unless there are other processes.
     infos: Vec<&'a DeviceInfo>,
+    /// Why there is none.
+    lack: Option<Error>,
+    /// The other processes.
+    fleet: Option<&'a mut Fleet<'e>>,
     data: &'a SceneData,
     interrupt: Arc<AtomicBool>,
     /// The light volume, once a picture has computed it and others need it.
@@ -155,7 +111,33 @@ struct Job<'a> {
     reports: Vec<Value>,
 }
 
-impl Job<'_> {
+impl<'e> Job<'_, 'e> {
+    /// Renders all pictures; `start`: when the work began. One that fails while running keeps no other from being made.
+    fn render_all(&mut self, scene: &Scene, outputs: &[PathBuf], mut start: Instant) -> Result<()> {
+        let mut failures: Vec<String> = Vec::new();
+        for (index, (view, output)) in scene.views.iter().zip(outputs).enumerate() {
+            if let Some(fleet) = &mut self.fleet {
+                fleet.begin(index)?;
+            }
+            match self.render(&scene.of_view(view), output, start) {
+                Err(Error::Failed(reason)) if self.views > 1 => {
+                    if index + 1 < self.views {
+                        say(&format!("warning: {reason} (the other views are rendered)"));
+                    }
+                    failures.push(reason);
+                }
+                other => other?,
+            }
+            start = Instant::now();
+        }
+        if failures.is_empty() {
+            return Ok(());
+        }
+        let count = failures.len();
+        failures.dedup();
+        Err(Error::Failed(format!("{count} of {} views failed: {}", self.views, failures.join("; "))))
+    }
+
     /// Renders one picture; `start`: when the work for it began.
     fn render(&mut self, scene: &Scene, output: &Path, start: Instant) -> Result<()> {
         let arguments = self.arguments;
@@ -164,7 +146,9 @@ impl Job<'_> {
         let data_hash = data_hash(&plan, self.data)?;
         let film = saved.as_ref().map(|saved| saved.film(&plan, &data_hash)).transpose()?;
         if !arguments.quiet {
-            let resumed = saved.as_ref().and_then(|saved| saved.note(&self.infos));
+            let resumed = saved.as_ref().and_then(|saved| {
+                saved.note(&self.infos.iter().map(|info| info.names()).collect::<Vec<_>>())
+            });
             let notes = plan.notes.iter().skip(self.said).chain(&resumed);
             notes.for_each(|note| say(&format!("note: {note}")));
             self.said = plan.notes.len();
@@ -176,7 +160,7 @@ impl Job<'_> {
         // Its planes are as large as the image.
         drop(saved);
         let task = Task { plan: &plan, data_hash: &data_hash, output, start };
-        if let [info] = *self.infos {
+        if let ([info], None) = (&*self.infos, &self.fleet) {
             let session =
                 Device::open(info).and_then(|device| Session::lit(device, &plan, self.light.as_ref()));
             let mut session = session.map_err(|error| or_interrupted(&self.interrupt, error))?;
@@ -187,32 +171,42 @@ impl Job<'_> {
             return self.finish(&mut session, &task, spent);
         }
         let spent = film.as_ref().map(|film| film.spent);
-        let devices = self.open_devices()?;
+        let team = self.team(&data_hash)?;
         let light = self.light.clone();
-        std::thread::scope(|scope| {
-            let mut crew = Crew::start(scope, &plan, devices, light.as_ref(), film)?;
+        let ended = std::thread::scope(|scope| {
+            let mut crew = Crew::start(scope, &plan, team, light.as_ref(), film)?;
             crew.set_light_from_file(arguments.load_light.is_some());
             self.finish(&mut crew, &task, spent)
-        })
+        });
+        self.fleet.as_mut().map_or(Ok(()), |fleet| fleet.close()).and(ended)
     }
 
-    /// The devices that can be opened; of the others the user is told.
-    fn open_devices(&self) -> Result<Vec<Device>> {
-        let mut devices = Vec::new();
-        let mut refusals = Vec::new();
-        for info in &self.infos {
-            match Device::open(info) {
-                Ok(device) => devices.push(device),
-                Err(error) => refusals.push(error.to_string()),
-            }
+    /// Those that work together: the devices that can be opened, and those of other processes.
+    fn team<'s>(&mut self, data_hash: &str) -> Result<Team<'s>>
+    where
+        'e: 's,
+    {
+        let (devices, refusals) = places::open(&self.infos);
+        let mut notes: Vec<String> = refusals.iter().map(|refusal| format!("left out: {refusal}")).collect();
+        let mut colleagues = Vec::new();
+        if let Some(fleet) = &self.fleet {
+            let go_on = || !self.interrupt.load(Ordering::Relaxed);
+            let (theirs, remarks) = fleet.devices(data_hash, &go_on).map_err(unbegun)?;
+            colleagues = theirs;
+            notes.extend(remarks);
         }
-        if devices.is_empty() {
+        if let Some(error) = self.lack.take() {
+            if colleagues.is_empty() {
+                return Err(error);
+            }
+            notes.push(format!("rank 0 takes no part: {error}"));
+        } else if devices.is_empty() && colleagues.is_empty() {
             return Err(Error::Failed(refusals.join("; ")));
         }
         if !self.arguments.quiet {
-            refusals.iter().for_each(|refusal| say(&format!("note: left out: {refusal}")));
+            notes.iter().for_each(|note| say(&format!("note: {note}")));
         }
-        Ok(devices)
+        Ok(Team { devices, colleagues })
     }
 
     /// Renders to the end, writes the pictures and says so.
@@ -242,12 +236,14 @@ impl Job<'_> {
         let ended = ended.map_err(|error| or_interrupted(&self.interrupt, error))?;
         if ended == Ended::Interrupted && session.progress().samples == 0 {
             // A picture with holes must not replace an older one.
-            say("interrupted before the first sample of every pixel was done; nothing was written");
-            return Err(Error::Interrupted);
+            return Err(unbegun(Error::Interrupted));
         }
         let added = session.progress().samples != begun.samples || session.progress().tiles != begun.tiles;
-        let snapshot = watcher.finish(session, added)?;
-        self.keep_light(session, plan, data_hash)?;
+        let snapshot = watcher.finish(session, added);
+        // Further pictures need it, whatever has become of this one.
+        let kept = self.keep_light(session, plan, data_hash);
+        let snapshot = snapshot?;
+        kept?;
         let summary = Summary {
             scene: &arguments.scene,
             output,
@@ -259,6 +255,7 @@ impl Job<'_> {
             wall: watcher.wall(),
             resumed: spent,
             added,
+            processes: self.fleet.as_ref().map(|fleet| (fleet.size(), fleet.traffic())),
         };
         let mut printed = Ok(());
         if arguments.json {
@@ -353,36 +350,12 @@ fn saved(arguments: &RenderArgs, output: &Path, scene: &Scene) -> Result<Option<
     Ok(saved)
 }
 
-/// Those of the devices that have room for what the scene announces; of the others the user is told.
-fn with_room<'a>(infos: Vec<&'a DeviceInfo>, scene: &Scene, quiet: bool) -> Result<Vec<&'a DeviceInfo>> {
-    let needed = announced_memory(scene);
-    let mut able = Vec::new();
-    let mut refusals = Vec::new();
-    for info in infos {
-        match needed.check(info) {
-            Ok(()) => able.push(info),
-            Err(error) => refusals.push(error),
-        }
+/// Says that an interrupt has come before there was a picture.
+fn unbegun(error: Error) -> Error {
+    if matches!(error, Error::Interrupted) {
+        say("interrupted before the first sample of every pixel was done; nothing was written");
     }
-    if able.is_empty()
-        && let Some(error) = refusals.pop()
-    {
-        return Err(error);
-    }
-    if !quiet {
-        refusals.iter().for_each(|error| say(&format!("note: left out: {error}")));
-    }
-    Ok(able)
-}
-
-/// `--device`, else `SVETLO_DEVICE` unless it is empty, as an unset variable of a script is.
-fn selectors(arguments: &RenderArgs) -> Vec<String> {
-    if !arguments.device.is_empty() {
-        return arguments.device.clone();
-    }
-    let variable = std::env::var("SVETLO_DEVICE").unwrap_or_default();
-    let words = variable.split(',').map(str::trim).filter(|word| !word.is_empty());
-    words.map(str::to_owned).collect()
+    error
 }
 
 fn stop_rules(arguments: &RenderArgs, scene: &Scene) -> Stop {

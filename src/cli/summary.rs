@@ -2,6 +2,7 @@
 
 use super::stderr::say;
 use super::{energy, light, photons, print_line};
+use crate::post::Traffic;
 use crate::render::{Ended, Facts, Plan, Rendering, Shift, Snapshot, Spent, method_name, of_devices};
 use crate::scene::{Caustics, Method};
 use crate::{Error, Result};
@@ -35,6 +36,8 @@ pub struct Summary<'a> {
     pub resumed: Option<Spent>,
     /// Whether this run added anything.
     pub added: bool,
+    /// How many processes share the work, and what they have written to each other, where there are several.
+    pub processes: Option<(usize, Traffic)>,
 }
 
 impl Summary<'_> {
@@ -156,7 +159,7 @@ impl Summary<'_> {
         let progress = self.session.progress();
         let summary = &self.snapshot.summary;
         let facts = self.facts();
-        let device = facts.devices[0];
+        let device = &facts.devices[0];
         json!({
             // JSON is Unicode; a path need not be.
             "scene": self.scene.to_string_lossy(),
@@ -202,6 +205,7 @@ impl Summary<'_> {
             },
             // Where there are several: `device` is the first.
             "devices": self.session.shifts(),
+            "mpi": self.processes.map(|(ranks, letters)| json!({ "ranks": ranks, "letters": letters })),
             "notes": self.plan.notes.iter().cloned().chain(self.warnings()).collect::<Vec<_>>(),
         })
     }

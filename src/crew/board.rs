@@ -1,9 +1,10 @@
 //! Which rows of tiles have which samples, and who does what next.
 
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Rows of tiles, and the samples that they are to get.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Unit {
     /// The rows.
     pub rows: Range<u32>,
@@ -37,15 +38,18 @@ impl Board {
     /// Takes work of about `pace` tile-samples towards `goal` samples everywhere, for one of `members`; `None` where there
     /// is none that nobody has.
     ///
-    /// Rows with the fewest samples come first. Towards the end the pieces become small, so that all end together.
-    pub fn take(&mut self, pace: u64, members: usize, goal: u32) -> Option<Unit> {
+    /// Rows with the fewest samples come first. Towards the end the pieces become small, so that all end together. With
+    /// a `depth`, there are so few rows that they get as many samples at once, but for the first: a picture with
+    /// samples everywhere comes before all.
+    pub fn take(&mut self, pace: u64, members: usize, goal: u32, depth: u32) -> Option<Unit> {
         let width = u64::from(self.width);
         let left: u64 = self.rows.iter().map(|row| u64::from(goal.saturating_sub(row.samples)) * width).sum();
         let size = pace.min(left / (2 * members.max(1) as u64));
         let free = |row: &Row| !row.taken && row.samples < goal;
         let behind = self.rows.iter().filter(|row| free(row)).map(|row| row.samples).min()?;
         let first = self.rows.iter().position(|row| free(row) && row.samples == behind)?;
-        let most = usize::try_from(size / width).unwrap_or(usize::MAX).max(1);
+        let depth = if behind == 0 { 1 } else { depth.clamp(1, goal - behind) };
+        let most = usize::try_from(size / (width * u64::from(depth))).unwrap_or(usize::MAX).max(1);
         let run = self.rows[first..].iter().take(most);
         let count = run.take_while(|row| !row.taken && row.samples == behind).count();
         let tiles = width * count as u64;
@@ -88,14 +92,25 @@ mod tests {
         let mut board = Board::new([3, 1, 1, 2, 1], 4);
         let unit = |rows, first_sample, samples| Some(Unit { rows, first_sample, samples });
         assert_eq!(board.standing(), (1, 8));
-        assert_eq!(board.take(1000, 1, 5), unit(1..3, 1, 4));
-        assert_eq!(board.take(1, 1, 5), unit(4..5, 1, 1));
-        assert_eq!(board.take(4, 1, 5), unit(3..4, 2, 1));
-        assert_eq!(board.take(4, 1, 3), None);
+        assert_eq!(board.take(1000, 1, 5, 1), unit(1..3, 1, 4));
+        assert_eq!(board.take(1, 1, 5, 1), unit(4..5, 1, 1));
+        assert_eq!(board.take(4, 1, 5, 1), unit(3..4, 2, 1));
+        assert_eq!(board.take(4, 1, 3, 1), None);
         board.give_back(&unit(4..5, 1, 1).unwrap());
         board.done(&unit(1..3, 1, 4).unwrap());
         assert_eq!(board.standing(), (1, 16));
-        assert_eq!(board.take(4, 1, 5), unit(4..5, 1, 1));
+        assert_eq!(board.take(4, 1, 5, 1), unit(4..5, 1, 1));
+    }
+
+    #[test]
+    fn who_is_far_takes_fewer_rows_for_more_samples() {
+        let unit = |rows, first_sample, samples| Some(Unit { rows, first_sample, samples });
+        let board = Board::new([2; 10], 4);
+        assert_eq!(board.clone().take(160, 1, 100, 1), unit(0..10, 2, 4));
+        assert_eq!(board.clone().take(160, 1, 100, 16), unit(0..2, 2, 20));
+        // No more than there are left, and not before all have the first.
+        assert_eq!(board.clone().take(160, 1, 6, 16), unit(0..5, 2, 4));
+        assert_eq!(Board::new([0; 10], 4).take(160, 1, 100, 16), unit(0..10, 0, 4));
     }
 
     /// Whoever takes what, every row gets every sample once and in order, and all end at the goal.
@@ -109,13 +124,13 @@ mod tests {
                 loop {
                     let member = units % members;
                     // Some are fifty times as fast as others.
-                    match board.take([9, 450, 60, 1][member], members, goal) {
+                    match board.take([9, 450, 60, 1][member], members, goal, [1, 5, 16][units % 3]) {
                         Some(unit) if held.len() < members => held.push_back(unit),
                         Some(unit) => board.give_back(&unit),
                         None if held.is_empty() => break,
                         None => {}
                     }
-                    if held.len() == members || board.clone().take(1, 1, goal).is_none() {
+                    if held.len() == members || board.clone().take(1, 1, goal, 1).is_none() {
                         let Some(unit) = held.pop_front() else { break };
                         units += 1;
                         if units % 5 == 0 {

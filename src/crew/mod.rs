@@ -4,32 +4,72 @@
 //! what a device adds to a pixel is what any other, or one alone, would have added, so the picture does not depend on
 //! how the work fell. Where each sample has photons of its own (caustics), devices take whole samples instead, which are
 //! added in their order. A device that fails is left out from then on, and others do again what it had in hand.
+//!
+//! A member gets its work at a desk (`desk`): that of its seat at the board (`seat`), or, in another process, one that
+//! writes letters (`far`), which somebody here takes to the member's seat (`attend`).
 
+mod attend;
 mod board;
+mod desk;
+mod far;
 mod fold;
+mod message;
 mod queue;
+mod seat;
 mod shared;
 mod state;
 mod worker;
 
 use crate::caustics::{PassFacts, PassLedger};
-use crate::device::{Device, DeviceInfo, MemoryPlan};
+use crate::device::{Device, DeviceName, MemoryPlan};
 use crate::film::FilmPixel;
 use crate::irradiance::{LightData, LightFacts};
+use crate::post::Line;
 use crate::render::{Auxiliary, Facts, PathLedger, Plan, Progress, Rendering, SavedFilm, Shift};
 use crate::{Error, Result};
+use far::Far;
+use seat::Seat;
 use shared::Shared;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::thread::Scope;
 use std::time::Duration;
 
 /// How long a step waits for news, at most: between steps interrupts are answered and pictures written.
 const PATIENCE: Duration = Duration::from_millis(50);
 
+/// A device of another process, where [`join`] works with it.
+pub struct Colleague<'a> {
+    /// What people call it.
+    pub name: DeviceName,
+    /// The line to it.
+    pub line: Line<'a>,
+}
+
+/// Who works together.
+pub struct Team<'a> {
+    /// The devices of this process.
+    pub devices: Vec<Device>,
+    /// Those of others.
+    pub colleagues: Vec<Colleague<'a>>,
+}
+
+impl From<Vec<Device>> for Team<'_> {
+    fn from(devices: Vec<Device>) -> Self {
+        Self { devices, colleagues: Vec::new() }
+    }
+}
+
+/// Works with `device` for the crew at the other end of `line`, which has the same plan, until that has no more work, the
+/// device fails, or `closing` is set.
+pub fn join(line: Line<'_>, plan: &Plan<'_>, device: Device, closing: Arc<AtomicBool>) {
+    worker::run(&Far::new(line, plan, closing), plan, device);
+}
+
 /// A render on several devices.
 pub struct Crew<'s> {
     shared: Arc<Shared<'s>>,
-    infos: Vec<DeviceInfo>,
+    names: Vec<DeviceName>,
     /// Taken from the workers when they are asked for.
     light_facts: Option<LightFacts>,
     light_hash: Option<String>,
@@ -42,31 +82,38 @@ pub struct Crew<'s> {
 }
 
 impl<'s> Crew<'s> {
-    /// Sets `devices` to work on `plan`, each on a thread of `scope`; `light`: a light volume that was computed before, for
-    /// methods that project one; `saved`: a film of the same plan to continue.
+    /// Sets `team` to work on `plan`, each member served by a thread of `scope`; `light`: a light volume that was computed
+    /// before, for methods that project one; `saved`: a film of the same plan to continue.
     ///
     /// # Errors
     /// [`Error::Failed`] where there is no device.
     pub fn start(
         scope: &'s Scope<'s, '_>,
         plan: &'s Plan<'s>,
-        devices: Vec<Device>,
+        team: impl Into<Team<'s>>,
         light: Option<&LightData>,
         saved: Option<SavedFilm>,
     ) -> Result<Self> {
-        if devices.is_empty() {
+        let Team { devices, colleagues } = team.into();
+        let here: Vec<DeviceName> = devices.iter().map(|device| device.info().names()).collect();
+        let away: Vec<DeviceName> = colleagues.iter().map(|colleague| colleague.name.clone()).collect();
+        if here.is_empty() && away.is_empty() {
             return Err(Error::Failed("a render needs one device at least".into()));
         }
-        let infos: Vec<DeviceInfo> = devices.iter().map(|device| device.info().clone()).collect();
         let spent_building = saved.as_ref().map_or(Duration::ZERO, |saved| saved.spent.build);
-        let shared = Arc::new(Shared::new(plan, &infos, light, saved));
+        let shared = Arc::new(Shared::new(plan, &here, &away, light, saved));
         for (me, device) in devices.into_iter().enumerate() {
-            let shared = Arc::clone(&shared);
-            scope.spawn(move || worker::run(&shared, plan, device, me));
+            let seat = Seat::new(&shared, me);
+            scope.spawn(move || worker::run(&seat, plan, device));
         }
+        for (me, colleague) in (here.len()..).zip(colleagues) {
+            let seat = Seat::new(&shared, me);
+            scope.spawn(move || attend::attend(&seat, plan, &colleague.line));
+        }
+        let names = [here, away].concat();
         let mut crew = Self {
             shared,
-            infos,
+            names,
             light_facts: None,
             light_hash: light.map(LightData::hash),
             light_from_file: false,
@@ -156,7 +203,7 @@ impl Rendering for Crew<'_> {
 
     fn facts(&self) -> Facts<'_> {
         Facts {
-            devices: self.infos.iter().collect(),
+            devices: self.names.clone(),
             build_time: self.build_time,
             build_cached: self.build_cached,
             light: self.light_facts.as_ref(),

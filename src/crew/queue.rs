@@ -2,22 +2,23 @@
 
 use crate::caustics::PassLedger;
 use crate::film::FilmPixel;
-use bytemuck::Zeroable;
+use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeMap;
 
 /// A pixel of one sample, in a third of the memory.
-#[derive(Clone, Copy, Debug)]
-struct Thin {
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Thin {
     mean: [f32; 4],
     depth: f32,
     lookups: [u32; 2],
     /// Of the counts, 1 bit each: samples added, samples with a depth.
-    counts: u8,
+    counts: u32,
 }
 
 /// A film of one sample, and where its photons went.
 pub(super) struct Sample {
-    pixels: Vec<Thin>,
+    pub pixels: Vec<Thin>,
     pub photons: PassLedger,
 }
 
@@ -27,7 +28,7 @@ impl Sample {
             mean: pixel.mean,
             depth: pixel.depth,
             lookups: [pixel.lookups_low, pixel.lookups_high],
-            counts: u8::from(pixel.count > 0) | u8::from(pixel.hits > 0) << 1,
+            counts: u32::from(pixel.count > 0) | u32::from(pixel.hits > 0) << 1,
         };
         Self { pixels: film.iter().map(thin).collect(), photons }
     }
@@ -39,8 +40,8 @@ impl Sample {
             depth: thin.depth,
             lookups_low: thin.lookups[0],
             lookups_high: thin.lookups[1],
-            count: u32::from(thin.counts & 1),
-            hits: u32::from(thin.counts >> 1),
+            count: thin.counts & 1,
+            hits: thin.counts >> 1,
             rejected: u32::from(thin.counts & 1 == 0),
             ..FilmPixel::zeroed()
         };

@@ -38,6 +38,8 @@ pub(super) const LONG: Duration = Duration::from_secs(1);
 pub(super) struct Member {
     pub selector: String,
     pub name: String,
+    /// Whether its device is in another process.
+    pub away: bool,
     pub held: Held,
     pub samples: u64,
     pub seconds: f64,
@@ -88,6 +90,11 @@ impl State {
 
     pub fn members_left(&self) -> usize {
         self.members.iter().filter(|member| member.lost.is_none()).count()
+    }
+
+    /// Whether a member that can still work is of this process.
+    pub fn is_anybody_here(&self) -> bool {
+        self.members.iter().any(|member| !member.away && member.lost.is_none())
     }
 
     pub fn enter(&mut self, member: usize, samples: u64, elapsed: Duration, launches: u64) {

@@ -1,9 +1,11 @@
 //! The binary cache: a build is reused only when everything that could change it is the same.
 
 use super::DeviceInfo;
+use crate::picture::{remove_leftovers, write_atomically};
 use ocl::core::{self, ProgramInfo, ProgramInfoResult};
 use sha2::{Digest, Sha256};
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
 /// Where one build is, or would be, stored.
@@ -61,11 +63,13 @@ impl Entry {
     fn write(&self, binary: &[u8]) -> std::io::Result<()> {
         let folder = self.path.parent().unwrap_or(&self.path);
         std::fs::create_dir_all(folder)?;
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        file.write_all(&Sha256::digest(binary))?;
-        file.write_all(binary)?;
-        file.persist(&self.path)?;
-        Ok(())
+        // Rare enough: only who has built a program is here.
+        remove_leftovers(&self.path);
+        let whole = |file: &mut BufWriter<File>| {
+            file.write_all(&Sha256::digest(binary))?;
+            file.write_all(binary)
+        };
+        write_atomically(&self.path, whole).map_err(std::io::Error::other)
     }
 }
 

@@ -5,7 +5,7 @@ use crate::{Error, Result};
 use ocl::core::{
     self, DeviceId, DeviceInfo as Query, DeviceInfoResult, DeviceType, PlatformId, PlatformInfo,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What a device is, in the order in which the default selection prefers them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -60,6 +60,19 @@ pub struct DeviceInfo {
     pub(super) platform_id: PlatformId,
     #[serde(skip)]
     pub(super) device_id: DeviceId,
+}
+
+/// What people call a device, wherever it is.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DeviceName {
+    /// As `svetlo devices` lists it; of a device of another process, after the name of that.
+    pub selector: String,
+    /// Device name.
+    pub name: String,
+    /// Platform name.
+    pub platform: String,
+    /// Driver version.
+    pub driver: String,
 }
 
 /// The devices found, and remarks on platforms that could not be used.
@@ -154,6 +167,12 @@ impl Catalog {
         if selectors.is_empty() { Ok(vec![self.select(None)?]) } else { Ok(chosen) }
     }
 
+    /// This device and those that are like it: of its kind, platform and name.
+    pub fn like(&self, device: &DeviceInfo) -> Vec<&DeviceInfo> {
+        let traits = |one: &DeviceInfo| (one.kind, one.platform.clone(), one.name.clone());
+        self.devices.iter().filter(|other| traits(other) == traits(device)).collect()
+    }
+
     fn all_of(&self, selector: &str) -> Result<Vec<&DeviceInfo>> {
         let word = selector.trim().to_lowercase();
         let Some(rest) = word.strip_prefix("all").map(|rest| rest.strip_prefix(':').unwrap_or(rest)) else {
@@ -215,6 +234,16 @@ impl DeviceInfo {
             fp64: number(Query::DoubleFpConfig) != 0,
             platform_id,
             device_id,
+        }
+    }
+
+    /// What people call it.
+    pub fn names(&self) -> DeviceName {
+        DeviceName {
+            selector: self.selector.clone(),
+            name: self.name.clone(),
+            platform: self.platform.clone(),
+            driver: self.driver.clone(),
         }
     }
 

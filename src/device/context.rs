@@ -7,7 +7,8 @@ use ocl::ffi;
 use std::fmt::Display;
 use std::sync::Arc;
 
-/// An opened device. All work on it goes through one in-order queue.
+/// An opened device. All work on it, and on its clones, goes through one in-order queue.
+#[derive(Clone)]
 pub struct Device {
     info: DeviceInfo,
     pub(super) context: Context,
@@ -70,6 +71,13 @@ impl Device {
     /// Runs an OpenCL call and makes an error of its status that names the device and `what` failed.
     pub(super) fn call(&self, kind: Call, what: impl Display, run: impl FnOnce() -> i32) -> Result<()> {
         call(&self.info, self.faults.as_deref(), kind, what, run)
+    }
+
+    /// Notes the launch of a kernel, where a plan of failures counts calls.
+    pub(super) fn launched(&self, kernel: &'static str) {
+        if let Some(faults) = &self.faults {
+            faults.launched(kernel);
+        }
     }
 
     pub(super) fn context_ptr(&self) -> ffi::cl_context {

@@ -4,10 +4,10 @@
 //! of the call, with its status. Without a plan a call costs one comparison more.
 
 use crate::{Error, Result};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::{self, Display};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, OnceLock, PoisonError};
 
 /// The environment variable that makes calls fail: see [`Faults::of_environment`].
 pub const VARIABLE: &str = "SVETLO_FAULT";
@@ -93,6 +93,11 @@ pub struct Faults {
     counts: [AtomicU64; Call::ALL.len()],
     lost: AtomicBool,
     struck: AtomicBool,
+    /// Calls of this kind wait as long as it is there.
+    stalled: Mutex<Option<Call>>,
+    going_on: Condvar,
+    /// The kernels that were launched.
+    kernels: Mutex<BTreeSet<&'static str>>,
 }
 
 impl Faults {
@@ -106,6 +111,17 @@ impl Faults {
         Self { rules: vec![Rule::Lose(number)], ..Self::default() }
     }
 
+    /// Calls of this kind come to no end until [`go_on`](Self::go_on): the device is as slow as one can be.
+    pub fn stall(call: Call) -> Self {
+        Self { stalled: Mutex::new(Some(call)), ..Self::default() }
+    }
+
+    /// Ends what [`stall`](Self::stall) began.
+    pub fn go_on(&self) {
+        *self.stalled.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        self.going_on.notify_all();
+    }
+
     /// Calls so far, of all kinds.
     pub fn calls(&self) -> u64 {
         self.all.load(Ordering::Relaxed)
@@ -114,6 +130,16 @@ impl Faults {
     /// Calls of one kind so far.
     pub fn calls_of(&self, call: Call) -> u64 {
         self.counts[call as usize].load(Ordering::Relaxed)
+    }
+
+    /// The names of the kernels that were launched so far.
+    pub fn kernels(&self) -> BTreeSet<&'static str> {
+        self.kernels.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Notes the launch of a kernel.
+    pub(super) fn launched(&self, kernel: &'static str) {
+        self.kernels.lock().unwrap_or_else(PoisonError::into_inner).insert(kernel);
     }
 
     /// Whether any call has failed: launches follow the time they take, so that there may be fewer than once before.
@@ -161,6 +187,10 @@ impl Faults {
         };
         if status.is_some() {
             self.struck.store(true, Ordering::Relaxed);
+        }
+        let mut stalled = self.stalled.lock().unwrap_or_else(PoisonError::into_inner);
+        while *stalled == Some(call) {
+            stalled = self.going_on.wait(stalled).unwrap_or_else(PoisonError::into_inner);
         }
         status
     }

@@ -136,6 +136,7 @@ impl Kernel {
         let local = group_shape(self.work_group, items);
         let global: [usize; 3] = std::array::from_fn(|axis| items[axis].next_multiple_of(local[axis]));
         let dimensions = if items[1..] == [1, 1] { 1 } else { 3 };
+        device.launched(self.name);
         let kernel = &self.name;
         let what = format!("launching kernel '{kernel}' over {global:?} items in groups of {local:?}");
         // SAFETY: all arguments are set (their number was checked), OpenCL keeps the buffers until the launch is

@@ -25,7 +25,7 @@ pub mod program;
 mod source;
 
 pub use buffer::Buffer;
-pub use catalog::{Catalog, DeviceInfo, DeviceKind};
+pub use catalog::{Catalog, DeviceInfo, DeviceKind, DeviceName};
 pub use context::Device;
 pub use faults::{Call, Faults};
 pub use kernel::{Arg, Kernel};

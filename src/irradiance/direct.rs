@@ -6,7 +6,7 @@ use super::{DirectLight, LightGrid, LitMedium};
 use crate::device::{Arg, Buffer, Device, Kernel, LAUNCH_TARGET, MemoryPlan, Pacer};
 use crate::scene::Phase;
 use crate::{Error, Result, device_struct};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 device_struct! {
     "types/irradiance.cl",
@@ -30,7 +30,7 @@ pub const STRATA: u32 = 16;
 const COUNTS: usize = 1024;
 
 /// What the rays of all passes cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DirectCost {
     /// Rays: one per cell and pass towards the lights, one into the background where it is not among them.
     pub rays: u64,

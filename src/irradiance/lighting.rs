@@ -12,7 +12,7 @@ use crate::render::Plan;
 use crate::render::light_volume::LightSetup;
 use crate::render::local::LocalFrame;
 use crate::scene::{self, DiffusionSolver, FluxLimiter, Light, Phase, ScatteredLight as Scattering, Steady};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use std::sync::Arc;
 const STEPS_AT_ONCE: u32 = 8;
 
 /// What the computation of a light volume did.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LightFacts {
     /// Time, with everything.
     pub seconds: f64,

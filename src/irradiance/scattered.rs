@@ -14,7 +14,7 @@ use crate::diffusion::{Boundary, Method, Solver};
 use crate::render::scattering::Scattering;
 use crate::{Error, Result};
 use bytemuck::Zeroable;
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::ops::ControlFlow;
 
 /// How scattered light is found.
@@ -67,26 +67,36 @@ pub struct ScatterProgress {
 pub type ScatterObserver<'a> = dyn FnMut(&ScatterProgress) -> ControlFlow<()> + 'a;
 
 /// How the solve of a channel went.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChannelFacts {
     /// Iterations of the linear solver, all together.
     pub iterations: usize,
     /// True relative residual of the linear equation with the last diffusivity.
+    #[serde(deserialize_with = "null_is_nan")]
     pub residual: f64,
     /// |ΣQ − Σσ_aφ − what leaves| / ΣQ.
+    #[serde(deserialize_with = "null_is_nan")]
     pub imbalance: f64,
     /// Updates of the limited diffusivity.
     pub outer: usize,
     /// Relative residual with the diffusivity that the limiter wants for the solution; 0 without a limiter.
+    #[serde(deserialize_with = "null_is_nan")]
     pub nonlinear: f64,
     /// Whether all residuals are within what was asked for.
     pub converged: bool,
     /// Cells that the floor of the optical thickness changes.
     pub floor_cells: u64,
     /// Largest |F| / φ of a cell in the solution of the equation: above 1 is unphysical.
+    #[serde(deserialize_with = "null_is_nan")]
     pub solved_flux: f64,
     /// The same of the flux that is used: with a limiter, it is cut to φ where updates left more.
+    #[serde(deserialize_with = "null_is_nan")]
     pub largest_flux: f64,
+}
+
+/// JSON has no numbers that are not finite.
+fn null_is_nan<'de, D: Deserializer<'de>>(number: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(number)?.unwrap_or(f64::NAN))
 }
 
 /// Scattered light on the direct light's grid.

@@ -20,6 +20,7 @@ use openexr::{
 
 use super::{
     atomic::write_atomically,
+    exr_lent::Lent,
     types::{Channel, Picture, Samples, colour_names},
     unreadable,
 };
@@ -264,7 +265,7 @@ const STANDARD_TEXTS: [(&str, TextField); 4] = [
     ("software", |layer| &mut layer.software_name),
 ];
 
-fn to_image(picture: &Picture) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, String> {
+fn to_image(picture: &Picture) -> Result<Image<Layer<AnyChannels<Lent<'_>>>>, String> {
     let mut attributes = LayerAttributes::default();
     for (name, value) in &picture.metadata {
         if name.is_empty() || name.len() > 255 || !name.bytes().all(|byte| byte.is_ascii_graphic()) {
@@ -279,7 +280,7 @@ fn to_image(picture: &Picture) -> Result<Image<Layer<AnyChannels<FlatSamples>>>,
             }
         }
     }
-    let channels = picture.channels.iter().map(from_channel).collect();
+    let channels = picture.channels.iter().map(Lent::channel).collect();
     let encoding = openexr::Encoding {
         compression: openexr::Compression::ZIP16,
         blocks: openexr::Blocks::ScanLines,
@@ -287,14 +288,6 @@ fn to_image(picture: &Picture) -> Result<Image<Layer<AnyChannels<FlatSamples>>>,
     };
     let size = (picture.width, picture.height);
     Ok(Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels))))
-}
-
-fn from_channel(channel: &Channel) -> AnyChannel<FlatSamples> {
-    let samples = match &channel.data {
-        Samples::F32(values) => FlatSamples::F32(values.clone()),
-        Samples::U32(values) => FlatSamples::U32(values.clone()),
-    };
-    AnyChannel::new(Text::from_slice_unchecked(channel.name.as_bytes()), samples)
 }
 
 fn to_io(error: exr::error::Error) -> io::Error {

@@ -7,6 +7,7 @@
 mod atomic;
 mod environment;
 mod exr;
+mod exr_lent;
 mod png;
 mod tonemap;
 mod types;

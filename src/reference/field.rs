@@ -145,7 +145,7 @@ mod tests {
     use crate::volume::Voxels;
 
     fn field(dims: [usize; 3], values: Vec<f32>) -> Field {
-        let volume = Volume::new(dims, DVec3::ONE, Voxels::F32(values.into())).unwrap();
+        let volume = Volume::new(dims, DVec3::ONE, Voxels::F32(values)).unwrap();
         Field::new(&volume, DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.5, 1.0, 2.0), (0.0, 2.0))
     }
 

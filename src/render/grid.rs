@@ -171,24 +171,24 @@ pub struct Grid<'a> {
 macro_rules! with_voxels {
     ($volume:expr, $voxels:ident => $body:expr) => {
         match &$volume.voxels {
-            Voxels::U8(store) => {
-                let $voxels: &[u8] = store;
+            Voxels::U8(values) => {
+                let $voxels: &[u8] = values;
                 $body
             }
-            Voxels::I8(store) => {
-                let $voxels: &[i8] = store;
+            Voxels::I8(values) => {
+                let $voxels: &[i8] = values;
                 $body
             }
-            Voxels::U16(store) => {
-                let $voxels: &[u16] = store;
+            Voxels::U16(values) => {
+                let $voxels: &[u16] = values;
                 $body
             }
-            Voxels::I16(store) => {
-                let $voxels: &[i16] = store;
+            Voxels::I16(values) => {
+                let $voxels: &[i16] = values;
                 $body
             }
-            Voxels::F32(store) => {
-                let $voxels: &[f32] = store;
+            Voxels::F32(values) => {
+                let $voxels: &[f32] = values;
                 $body
             }
         }

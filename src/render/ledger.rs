@@ -1,6 +1,7 @@
 //! What the paths of a scattering render did: where their weight went, and what they cost.
 
 use crate::device_struct;
+use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeMap;
 
 device_struct! {
@@ -39,7 +40,8 @@ device_struct! {
 }
 
 /// What all paths of a render did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct PathLedger {
     /// Paths started.
     pub paths: u64,

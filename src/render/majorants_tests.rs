@@ -22,7 +22,7 @@ pub(in crate::render) fn table(transfer: &str) -> MediumTable {
 fn volume(dims: [usize; 3], voxel: impl Fn([usize; 3]) -> f32) -> Volume {
     let [nx, ny, nz] = dims;
     let voxels: Vec<f32> = (0..nx * ny * nz).map(|k| voxel([k % nx, k / nx % ny, k / (nx * ny)])).collect();
-    Volume::new(dims, DVec3::ONE, Voxels::F32(voxels.into())).unwrap()
+    Volume::new(dims, DVec3::ONE, Voxels::F32(voxels)).unwrap()
 }
 
 fn majorants(volume: &Volume, shift: u32, table: &MediumTable) -> (BrickRanges, Majorants) {

@@ -81,15 +81,14 @@ pub(super) fn units(plan: &Plan<'_>) -> Units {
 /// The planes of the EXR: R G B A, Z where the method measures a depth (scene units, 0 = nothing hit), the variance
 /// of one sample, and the number of samples.
 pub(super) fn planes(film: &[FilmPixel], width: usize, height: usize, units: Units) -> Picture {
-    let means: Vec<[f64; 4]> = film.iter().map(FilmPixel::mean).collect();
-    let variances: Vec<[f64; 4]> = film.iter().map(|pixel| pixel.variance().unwrap_or_default()).collect();
-    let plane = |values: &[[f64; 4]], channel: usize| values.iter().map(|v| v[channel] as f32).collect();
+    // Plane by plane from the film: arrays of all means and variances would be as large as the film.
+    let plane = |value: &dyn Fn(&FilmPixel) -> f64| film.iter().map(|pixel| value(pixel) as f32).collect();
     let mut picture = Picture::new(width, height);
     for (channel, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
-        picture = picture.with_channel(name, plane(&means, channel));
+        picture = picture.with_channel(name, plane(&|pixel| pixel.mean()[channel]));
     }
     for (channel, name) in ["variance.R", "variance.G", "variance.B", "variance.A"].into_iter().enumerate() {
-        picture = picture.with_channel(name, plane(&variances, channel));
+        picture = picture.with_channel(name, plane(&|pixel| pixel.variance().unwrap_or_default()[channel]));
     }
     if units.has_depth {
         let depth = |pixel: &FilmPixel| {

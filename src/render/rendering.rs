@@ -6,7 +6,7 @@ use super::ledger::PathLedger;
 use super::session::{Progress, Session};
 use crate::Result;
 use crate::caustics::{PassFacts, PassLedger};
-use crate::device::DeviceInfo;
+use crate::device::DeviceName;
 use crate::film::FilmPixel;
 use crate::irradiance::{LightData, LightFacts};
 use serde::Serialize;
@@ -71,7 +71,7 @@ pub trait Rendering {
 #[derive(Clone, Debug)]
 pub struct Facts<'a> {
     /// The devices, at least one; those that failed on the way included.
-    pub devices: Vec<&'a DeviceInfo>,
+    pub devices: Vec<DeviceName>,
     /// Time to build programs, or to load them from the cache; with that of the runs it continues.
     pub build_time: Duration,
     /// Whether the programs came from the binary cache.
@@ -104,7 +104,7 @@ pub struct Shift {
 }
 
 /// A property of devices, for people: each once.
-pub fn of_devices<'a>(devices: &[&'a DeviceInfo], property: impl Fn(&'a DeviceInfo) -> &'a str) -> String {
+pub fn of_devices(devices: &[DeviceName], property: impl Fn(&DeviceName) -> &str) -> String {
     let mut listed: Vec<&str> = Vec::new();
     for device in devices {
         let text = property(device);
@@ -146,7 +146,7 @@ impl Rendering for Session {
 
     fn facts(&self) -> Facts<'_> {
         Facts {
-            devices: vec![self.device.info()],
+            devices: vec![self.device.info().names()],
             build_time: self.build_time,
             build_cached: self.build_cached,
             light: self.light_facts(),

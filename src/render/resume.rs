@@ -12,7 +12,7 @@ use super::share::Share;
 use super::state::FORMAT;
 use super::tiles::{Lag, Standing};
 use crate::caustics::PassLedger;
-use crate::device::DeviceInfo;
+use crate::device::DeviceName;
 use crate::film::FilmPixel;
 use crate::picture::{Picture, read_exr};
 use crate::scene::Scene;
@@ -111,7 +111,7 @@ impl Saved {
     }
 
     /// What the user should know before `devices` continue the render: what else differs decides bits.
-    pub fn note(&self, devices: &[&DeviceInfo]) -> Option<String> {
+    pub fn note(&self, devices: &[DeviceName]) -> Option<String> {
         let now = [
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("device", of_devices(devices, |device| &device.name)),

@@ -2,6 +2,7 @@
 
 use super::auxiliary::Auxiliary;
 use super::ledger::PathLedger;
+use super::plan::Plan;
 use super::session::Session;
 use super::tiles::{Lag, TILE, lags, tile_counts};
 use crate::caustics::PassLedger;
@@ -30,6 +31,23 @@ pub struct Rows {
     pub auxiliary: Vec<Auxiliary>,
     /// What the paths did.
     pub paths: PathLedger,
+}
+
+impl Rows {
+    /// The rows of tiles `rows` of the plan's image, with nothing in them yet.
+    pub fn of(rows: Range<u32>, plan: &Plan<'_>) -> Self {
+        let (width, height) = (plan.scene.image.width, plan.scene.image.height);
+        let (tiles, pixels) = extent_of_rows(rows, width, height);
+        Self {
+            first_tile: tiles.start,
+            tiles: tiles.end - tiles.start,
+            width,
+            pixels,
+            film: Vec::new(),
+            auxiliary: Vec::new(),
+            paths: PathLedger::default(),
+        }
+    }
 }
 
 /// Where the rows of tiles `rows` are in an image: tiles and pixels.

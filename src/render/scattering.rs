@@ -90,6 +90,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
     let gradients = two_d.then(|| input.grid.brick_gradients(input.bricks));
     let majorants = Majorants::new(input.grid, input.bricks, gradients.as_deref(), &table);
     check_extinction(&majorants, scene.scattering.extinction_color, input)?;
+    let coarse = coarse(&majorants, scene.scattering.extinction_color, input).into_iter().collect();
     let lights = Lights::new(&scene.lights, &scene.background, input.environment, input.local);
     lights.describe(frame);
 
@@ -186,7 +187,7 @@ pub fn prepare(input: &MethodInput<'_>, settings: Settings, frame: &mut DeviceFr
         lanes: false,
         paths: true,
         has_depth: false,
-        notes: Vec::new(),
+        notes: coarse,
         details: details.collect(),
         light: None,
         caustics: None,
@@ -210,6 +211,31 @@ fn check_extinction(majorants: &Majorants, color: Option<[f64; 3]>, input: &Meth
          hundred on)",
         f64::from(majorants.largest) * largest / input.local.unit
     )))
+}
+
+/// What is said of media in which a rounding of coordinates is more than this part of a free path.
+const COARSE: f64 = 1e-3;
+/// The distance between neighbouring float32 numbers from 1 to 2.
+const ULP: f64 = 1.0 / (1 << 23) as f64;
+/// Where the low corner of the box is in grid coordinates (`occupied`).
+const GRID_LOW: f64 = 1.5;
+
+/// Paths that start on a face start a rounding below it, and return that much less.
+fn coarse(majorants: &Majorants, color: Option<[f64; 3]>, input: &MethodInput<'_>) -> Option<String> {
+    let largest = color.map_or(1.0, |color| color.into_iter().fold(0.0, f64::max));
+    let size = input.local.size().to_array();
+    // Paths leave across the shortest side.
+    let shortest = (0..3).min_by(|&a, &b| size[a].total_cmp(&size[b]))?;
+    let voxels = input.local.dims[shortest] as f64;
+    let rounding = ULP * (voxels + GRID_LOW).log2().floor().exp2() * size[shortest] / voxels;
+    let share = f64::from(majorants.largest) * largest * rounding;
+    (share > COARSE).then(|| {
+        format!(
+            "coordinates round to {:.1} % of a free path: as much of the light that comes back from near the faces may be \
+             missing; lower `medium.sigma_max` (nothing shines through from some hundred free paths on)",
+            100.0 * share
+        )
+    })
 }
 
 /// What tracking costs in this medium. `unit`: scene units per local unit.

@@ -10,7 +10,7 @@ pub struct View<'a> {
     pub results: &'a Results,
     /// The folder that their paths are relative to.
     pub folder: &'a Path,
-    /// Cases in groups, in the order of their first ones.
+    /// Cases in groups, in the order of their first ones; without those that are judged by a truth alone.
     pub groups: Vec<Group<'a>>,
 }
 
@@ -37,18 +37,13 @@ pub struct Member<'a> {
 impl<'a> View<'a> {
     /// Sorts the cases into groups.
     pub fn new(results: &'a Results, folder: &'a Path) -> Self {
-        let mut selectors = results.cases.iter().map(|case| &case.device.selector);
-        let first = selectors.next();
-        let several_devices = selectors.any(|selector| Some(selector) != first);
         let mut groups: Vec<Group<'a>> = Vec::new();
-        for (index, case) in results.cases.iter().enumerate() {
+        for (index, case) in results.cases.iter().enumerate().filter(|(_, case)| !case.is_only_truth()) {
             let place = groups.iter().position(|group| group.name == case.group).unwrap_or_else(|| {
                 groups.push(Group { name: &case.group, members: Vec::new() });
                 groups.len() - 1
             });
-            let device =
-                if several_devices { format!(" on {}", case.device.selector) } else { String::new() };
-            let label = format!("{}{device}", case.name);
+            let label = label(results, case);
             let members = &groups[place].members;
             let series =
                 members.iter().find(|member| same_curve(member.case, case)).map(|first| first.series);
@@ -56,6 +51,11 @@ impl<'a> View<'a> {
             groups[place].members.push(Member { index, series, case, label });
         }
         Self { results, folder, groups }
+    }
+
+    /// The name of a case, by its place among the results, with the device where there are several.
+    pub fn label(&self, index: usize) -> String {
+        label(self.results, &self.results.cases[index])
     }
 
     /// All cases, group by group.
@@ -109,6 +109,11 @@ impl<'a> Group<'a> {
         }
         targets
     }
+}
+
+fn label(results: &Results, case: &Case) -> String {
+    let several = results.cases.iter().any(|other| other.device.selector != case.device.selector);
+    if several { format!("{} on {}", case.name, case.device.selector) } else { case.name.clone() }
 }
 
 /// Whether two cases of a group are points of one curve.

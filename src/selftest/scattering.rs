@@ -156,7 +156,7 @@ impl Layers {
 
     fn volume(&self) -> Result<Volume> {
         let values: Vec<f32> = self.values.iter().map(|&value| value as f32).collect();
-        Volume::new([1, self.values.len(), 1], DVec3::ONE, Voxels::F32(values.into()))
+        Volume::new([1, self.values.len(), 1], DVec3::ONE, Voxels::F32(values))
             .map_err(|error| Error::Failed(format!("the self-test's slab: {error}")))
     }
 

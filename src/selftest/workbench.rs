@@ -203,6 +203,6 @@ pub fn noise(count: usize, seed: u32) -> Vec<f64> {
 /// [`Error::Failed`] when the numbers are not as many as the voxels.
 pub fn volume(dims: [usize; 3], values: impl IntoIterator<Item = f64>) -> Result<Volume> {
     let values: Vec<f32> = values.into_iter().map(|value| value as f32).collect();
-    Volume::new(dims, DVec3::ONE, Voxels::F32(values.into()))
+    Volume::new(dims, DVec3::ONE, Voxels::F32(values))
         .map_err(|error| Error::Failed(format!("the self-test's volume: {error}")))
 }

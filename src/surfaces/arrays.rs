@@ -72,7 +72,9 @@ impl SurfaceArrays {
         for (index, surface) in surfaces.iter().enumerate() {
             maker.add(index, &surface.shape, meshes)?;
         }
-        let Maker { planes, bounded, balls, normals, .. } = maker;
+        let Maker { planes, mut bounded, balls, normals, .. } = maker;
+        // In a leaf, too, they are asked last: they cost most, and not at all behind what is nearer.
+        bounded.sort_by_key(|(shape, _)| shape.kind == kind::METABALLS);
         let plane_count = planes.len();
         let boxes: Vec<Bounds> = bounded.iter().map(|(_, bounds)| *bounds).collect();
         let (mut nodes, order) = bvh::build(&boxes);
@@ -174,7 +176,7 @@ impl Maker<'_> {
                     finite(&[place], index)?;
                     // Over the threshold: any scale of the field will do.
                     let weight = (ball.weight / threshold) as f32;
-                    self.balls.push(DeviceBall { place, weight, pad_0: 0, pad_1: 0, pad_2: 0 });
+                    self.balls.push(DeviceBall::new(place, weight));
                 }
                 DeviceShape {
                     a: float4(low, 0.0),

@@ -33,12 +33,20 @@ device_struct! {
         pub place: [f32; 4],
         /// What it adds to the field at its centre.
         pub weight: f32,
+        /// 1 / radius².
+        pub slope: f32,
         /// Padding.
         pub pad_0: u32,
         /// Padding.
         pub pad_1: u32,
-        /// Padding.
-        pub pad_2: u32,
+    }
+}
+
+impl DeviceBall {
+    /// A ball of `place` (centre and radius) that adds `weight` to the field at its centre.
+    pub fn new(place: [f32; 4], weight: f32) -> Self {
+        let radius = f64::from(place[3]);
+        Self { place, weight, slope: (radius * radius).recip() as f32, pad_0: 0, pad_1: 0 }
     }
 }
 

@@ -6,7 +6,6 @@
 
 mod error;
 pub mod field;
-mod mapped;
 mod metaimage;
 mod nifti;
 mod nrrd;
@@ -25,7 +24,7 @@ pub use nrrd::Components;
 pub use raw::RawOptions;
 pub use read::read;
 pub use stored::{Endian, StoredType};
-pub use voxels::{Store, VoxelType, Voxels};
+pub use voxels::{VoxelType, Voxels};
 
 /// A grid of scalar voxels with the remarks its reader made.
 #[derive(Debug)]
@@ -87,7 +86,7 @@ impl Volume {
         self.voxels.voxel_type()
     }
 
-    /// Bytes the voxels occupy, in memory or in the mapped file.
+    /// Bytes the voxels occupy.
     pub fn memory_bytes(&self) -> u64 {
         self.voxels.as_bytes().len() as u64
     }
@@ -120,12 +119,12 @@ mod tests {
     use super::*;
 
     fn volume(values: Vec<f32>) -> Volume {
-        Volume::new([values.len(), 1, 1], DVec3::ONE, Voxels::F32(values.into())).unwrap()
+        Volume::new([values.len(), 1, 1], DVec3::ONE, Voxels::F32(values)).unwrap()
     }
 
     #[test]
     fn x_is_fastest_and_coordinates_clamp() {
-        let voxels = Voxels::U8((0..24).collect::<Vec<u8>>().into());
+        let voxels = Voxels::U8((0..24).collect::<Vec<u8>>());
         let volume = Volume::new([2, 3, 4], DVec3::ONE, voxels).unwrap();
         assert_eq!(volume.value(1, 0, 0), 1.0);
         assert_eq!(volume.value(0, 1, 0), 2.0);
@@ -151,7 +150,7 @@ mod tests {
 
     #[test]
     fn impossible_grids_are_refused() {
-        let one = || Voxels::U8(vec![1].into());
+        let one = || Voxels::U8(vec![1]);
         let make = |dims, spacing| Volume::new(dims, spacing, one()).unwrap_err().to_string();
         assert_eq!(
             make([1, 0, 1], DVec3::ONE),

@@ -71,7 +71,7 @@ impl Components {
             return Err(header.malformed(format!("{found} of its numbers are not finite"), "compute it anew"));
         }
         let values = match volume.voxels {
-            Voxels::F32(store) => store.to_vec(),
+            Voxels::F32(values) => values,
             _ => return Err(header.malformed("its numbers are not float32", "compute it anew")),
         };
         let (spacing, origin) = header.placed()?;

@@ -4,21 +4,19 @@
 //! compressed data, or, where they could yield more than four times that, by decompressing them once for nothing.
 
 use super::error::VolumeError;
-use super::mapped::Mapped;
 use super::source::{self, describe};
 use super::stored::{Endian, Stored, StoredType, with_stored};
 use super::text;
-use super::voxels::{Store, Voxel, Voxels};
+use super::voxels::{Voxel, Voxels};
 use super::{Volume, voxel_count};
 use crate::{host_memory, input};
+use bytemuck::Zeroable;
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 use glam::DVec3;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Plain native-endian data of at least this many bytes are mapped instead of read.
-const MAP_FROM: u64 = 64 << 20;
 /// Bytes decoded at a time; a multiple of every voxel size.
 const CHUNK: usize = 1 << 20;
 
@@ -123,22 +121,8 @@ impl Payload<'_> {
         if found > self.bytes() {
             self.beyond(&format!("{found} bytes"), notes)?;
         }
-        if let Some(voxels) = with_stored!(self.kind, T => self.map::<T>(&file, begin)) {
-            return Ok(voxels);
-        }
         file.seek(SeekFrom::Start(begin)).map_err(|e| VolumeError::io(self.path, e))?;
         self.collect(&mut file, self.count())
-    }
-
-    /// The voxels as a slice of the mapped file, when that is worthwhile and their bytes need no conversion.
-    fn map<T: Stored>(&self, file: &File, begin: u64) -> Option<Voxels> {
-        let same_bytes = T::BYTES == size_of::<T::Kept>() && (T::BYTES == 1 || self.order == Endian::NATIVE);
-        if !same_bytes || self.bytes() < MAP_FROM {
-            return None;
-        }
-        // A file system that cannot map is no reason to fail: the caller reads instead.
-        let slice = Mapped::<T::Kept>::new(file, begin, self.count()).ok()??;
-        Some(T::Kept::voxels(Store::mapped(slice)))
     }
 
     fn packed<D: Read>(
@@ -207,9 +191,7 @@ impl Payload<'_> {
             return Err(VolumeError::memory(self.path, self.kept_bytes()));
         }
         let voxels = with_stored!(self.kind, T => {
-            fill::<T>(reader, self.order, self.count(), reserve).map(|values| {
-                <T as Stored>::Kept::voxels(values.into())
-            })
+            fill::<T>(reader, self.order, self.count(), reserve).map(<T as Stored>::Kept::voxels)
         });
         voxels.map_err(|shortfall| match shortfall {
             Shortfall::Ended(found, None) => self.short(found),
@@ -263,6 +245,13 @@ fn fill<T: Stored>(
 ) -> Result<Vec<T::Kept>, Shortfall> {
     let mut values: Vec<T::Kept> = Vec::new();
     values.try_reserve_exact(reserve).map_err(|_| Shortfall::Memory)?;
+    let as_they_are = T::BYTES == size_of::<T::Kept>() && (T::BYTES == 1 || order == Endian::NATIVE);
+    if as_they_are && reserve == count {
+        values.resize(count, T::Kept::zeroed());
+        let (read, error) = read_fully(reader, bytemuck::cast_slice_mut(&mut values));
+        let whole = read == count * T::BYTES;
+        return if whole { Ok(values) } else { Err(Shortfall::Ended(read as u64, error)) };
+    }
     let mut chunk = vec![0; CHUNK.min(count * T::BYTES)];
     while values.len() < count {
         let wanted = chunk.len().min((count - values.len()) * T::BYTES);
@@ -304,6 +293,34 @@ fn read_some(reader: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
         match reader.read(buffer) {
             Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
             other => return other,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The length was right when the file was opened.
+    #[test]
+    fn a_file_that_shrinks_while_it_is_read_is_short() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.raw");
+        std::fs::write(&path, [7; 5]).unwrap();
+        for (kind, order) in [(StoredType::U8, Endian::Little), (StoredType::U16, Endian::Big)] {
+            let payload = Payload {
+                path: &path,
+                dims: [8 / kind.bytes(), 1, 1],
+                kind,
+                order,
+                coding: Coding::Plain,
+                start: Start::At(0),
+                skip: 0,
+                excess: Excess::Refuse,
+            };
+            let error = payload.plain(File::open(&path).unwrap(), 8, &mut Vec::new()).unwrap_err();
+            let text = error.to_string();
+            assert!(text.contains("expected 8 bytes of voxels") && text.contains("found 5"), "{text}");
         }
     }
 }

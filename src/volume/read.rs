@@ -26,8 +26,8 @@ enum Format {
 /// | `.raw`, `.raw.gz` | headerless: see [`RawOptions`] |
 /// | any other | one of the above by its first bytes; headerless if `dims` and `type` are given |
 ///
-/// Voxels may be `uint8`, `int8`, `uint16`, `int16`, `float32` or `float64` in either byte order. Uncompressed
-/// native-endian data of 64 MiB and more are memory-mapped; such a file must not change while the volume exists.
+/// Voxels may be `uint8`, `int8`, `uint16`, `int16`, `float32` or `float64` in either byte order. All are
+/// read into memory: what becomes of the file afterwards does not matter.
 ///
 /// # Errors
 /// [`VolumeError`], whose text is `PATH: what is wrong; what would be right`.

@@ -1,10 +1,8 @@
-//! Voxels in memory or in a mapped file, in one of five types.
+//! Voxels in memory, in one of five types.
 
-use super::mapped::Mapped;
 use bytemuck::Pod;
 use rayon::prelude::*;
 use std::fmt;
-use std::ops::Deref;
 
 /// Elements a thread takes at a time in the reductions: large enough to hide the cost of a task.
 const BLOCK: usize = 1 << 16;
@@ -46,73 +44,29 @@ impl VoxelType {
     }
 }
 
-/// A read-only run of voxels: a vector, or a slice of a memory-mapped file. It derefs to `[T]`.
-pub struct Store<T>(Backing<T>);
-
-enum Backing<T> {
-    Owned(Vec<T>),
-    Mapped(Mapped<T>),
-}
-
-impl<T> Store<T> {
-    pub(super) fn mapped(slice: Mapped<T>) -> Self {
-        Self(Backing::Mapped(slice))
-    }
-
-    /// Whether the voxels lie in a mapped file. That file must not change while this exists.
-    pub fn is_mapped(&self) -> bool {
-        matches!(self.0, Backing::Mapped(_))
-    }
-}
-
-impl<T> From<Vec<T>> for Store<T> {
-    fn from(values: Vec<T>) -> Self {
-        Self(Backing::Owned(values))
-    }
-}
-
-impl<T: Pod> Deref for Store<T> {
-    type Target = [T];
-
-    fn deref(&self) -> &[T] {
-        match &self.0 {
-            Backing::Owned(values) => values,
-            Backing::Mapped(slice) => slice,
-        }
-    }
-}
-
-impl<T: Pod> fmt::Debug for Store<T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let place = if self.is_mapped() { "mapped" } else { "owned" };
-        write!(f, "[{} {place} elements]", self.len())
-    }
-}
-
 /// The voxels of a volume, x fastest.
-#[derive(Debug)]
 pub enum Voxels {
     /// Unsigned 8-bit integers.
-    U8(Store<u8>),
+    U8(Vec<u8>),
     /// Signed 8-bit integers.
-    I8(Store<i8>),
+    I8(Vec<i8>),
     /// Unsigned 16-bit integers.
-    U16(Store<u16>),
+    U16(Vec<u16>),
     /// Signed 16-bit integers.
-    I16(Store<i16>),
+    I16(Vec<i16>),
     /// IEEE binary32, NaN and infinities included.
-    F32(Store<f32>),
+    F32(Vec<f32>),
 }
 
-/// Runs `$body` with `$store` bound to the store of whichever type `$voxels` holds.
+/// Runs `$body` with `$values` bound to the vector of whichever type `$voxels` holds.
 macro_rules! each {
-    ($voxels:expr, $store:ident => $body:expr) => {
+    ($voxels:expr, $values:ident => $body:expr) => {
         match $voxels {
-            Voxels::U8($store) => $body,
-            Voxels::I8($store) => $body,
-            Voxels::U16($store) => $body,
-            Voxels::I16($store) => $body,
-            Voxels::F32($store) => $body,
+            Voxels::U8($values) => $body,
+            Voxels::I8($values) => $body,
+            Voxels::U16($values) => $body,
+            Voxels::I16($values) => $body,
+            Voxels::F32($values) => $body,
         }
     };
 }
@@ -120,7 +74,7 @@ macro_rules! each {
 impl Voxels {
     /// Number of voxels.
     pub fn len(&self) -> usize {
-        each!(self, store => store.len())
+        each!(self, values => values.len())
     }
 
     /// Whether there is no voxel at all.
@@ -130,17 +84,12 @@ impl Voxels {
 
     /// The stored value at an index; `None` beyond the end.
     pub fn get(&self, index: usize) -> Option<f64> {
-        each!(self, store => store.get(index).map(|&v| f64::from(v)))
+        each!(self, values => values.get(index).map(|&v| f64::from(v)))
     }
 
     /// The voxels as bytes in native byte order, ready for a device buffer.
     pub fn as_bytes(&self) -> &[u8] {
-        each!(self, store => bytemuck::cast_slice(store))
-    }
-
-    /// Whether the voxels lie in a mapped file. That file must not change while this exists.
-    pub fn is_mapped(&self) -> bool {
-        each!(self, store => store.is_mapped())
+        each!(self, values => bytemuck::cast_slice(values))
     }
 
     /// The type of the voxels.
@@ -156,18 +105,24 @@ impl Voxels {
 
     /// The smallest and largest finite stored value; `None` when there is none.
     pub fn finite_range(&self) -> Option<(f64, f64)> {
-        each!(self, store => range(store).map(|(low, high)| (f64::from(low), f64::from(high))))
+        each!(self, values => range(values).map(|(low, high)| (f64::from(low), f64::from(high))))
     }
 
     /// How many voxels are NaN, and how many infinite.
     pub(super) fn count_non_finite(&self) -> (u64, u64) {
-        let Self::F32(store) = self else { return (0, 0) };
+        let Self::F32(values) = self else { return (0, 0) };
         let count = |block: &[f32]| {
             block.iter().fold((0, 0), |(nan, infinite), v| {
                 (nan + u64::from(v.is_nan()), infinite + u64::from(v.is_infinite()))
             })
         };
-        store.par_chunks(BLOCK).map(count).reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
+        values.par_chunks(BLOCK).map(count).reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
+    }
+}
+
+impl fmt::Debug for Voxels {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[{} {}]", self.len(), self.voxel_type().name())
     }
 }
 
@@ -182,7 +137,7 @@ pub(super) trait Voxel: Pod + Send + Sync + PartialOrd {
     fn finite(self) -> bool;
 
     /// Voxels of this type.
-    fn voxels(store: Store<Self>) -> Voxels;
+    fn voxels(values: Vec<Self>) -> Voxels;
 }
 
 macro_rules! voxel {
@@ -195,8 +150,8 @@ macro_rules! voxel {
                 $finite(self)
             }
 
-            fn voxels(store: Store<Self>) -> Voxels {
-                Voxels::$variant(store)
+            fn voxels(values: Vec<Self>) -> Voxels {
+                Voxels::$variant(values)
             }
         }
     )+};

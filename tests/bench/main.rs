@@ -9,6 +9,7 @@ mod resume;
 #[path = "../cli/support.rs"]
 #[allow(dead_code)]
 mod support;
+mod truths;
 
 use std::path::Path;
 use support::{Folder, Ran};

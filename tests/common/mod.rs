@@ -117,7 +117,7 @@ pub fn noise(count: usize, seed: u32) -> Vec<f64> {
 /// A volume of float32 voxels of spacing 1.
 pub fn volume_f32(dims: [usize; 3], values: impl IntoIterator<Item = f64>) -> Volume {
     let values: Vec<f32> = values.into_iter().map(|v| v as f32).collect();
-    Volume::new(dims, DVec3::ONE, Voxels::F32(values.into())).unwrap()
+    Volume::new(dims, DVec3::ONE, Voxels::F32(values)).unwrap()
 }
 
 /// Independent voxels between 0 and 1: the roughest field there is.

@@ -34,14 +34,11 @@ fn noisy(dims: [usize; 3], spacing: [f64; 3], seed: u32, store: impl Fn(&[f64]) 
 
 /// Volumes of all kinds with their windows.
 fn volumes() -> Vec<(&'static str, Volume, (f64, f64))> {
-    let u8s = |v: &[f64]| Voxels::U8(v.iter().map(|v| (v * 256.0) as u8).collect::<Vec<_>>().into());
-    let i16s =
-        |v: &[f64]| Voxels::I16(v.iter().map(|v| (v * 4000.0 - 1500.0) as i16).collect::<Vec<_>>().into());
-    let high =
-        |v: &[f64]| Voxels::U16(v.iter().map(|v| (v * 12.0 + 65500.0) as u16).collect::<Vec<_>>().into());
-    let low =
-        |v: &[f64]| Voxels::I16(v.iter().map(|v| (v * 9.0 - 32767.0) as i16).collect::<Vec<_>>().into());
-    let f32s = |v: &[f64]| Voxels::F32(v.iter().map(|&v| v as f32).collect::<Vec<_>>().into());
+    let u8s = |v: &[f64]| Voxels::U8(v.iter().map(|v| (v * 256.0) as u8).collect::<Vec<_>>());
+    let i16s = |v: &[f64]| Voxels::I16(v.iter().map(|v| (v * 4000.0 - 1500.0) as i16).collect::<Vec<_>>());
+    let high = |v: &[f64]| Voxels::U16(v.iter().map(|v| (v * 12.0 + 65500.0) as u16).collect::<Vec<_>>());
+    let low = |v: &[f64]| Voxels::I16(v.iter().map(|v| (v * 9.0 - 32767.0) as i16).collect::<Vec<_>>());
+    let f32s = |v: &[f64]| Voxels::F32(v.iter().map(|&v| v as f32).collect::<Vec<_>>());
     let wild = |v: &[f64]| {
         let voxel = |(k, &v): (usize, &f64)| match k % 17 {
             3 => f32::NAN,
@@ -50,7 +47,7 @@ fn volumes() -> Vec<(&'static str, Volume, (f64, f64))> {
             13 => (v * -1e12) as f32,
             _ => v as f32,
         };
-        Voxels::F32(v.iter().enumerate().map(voxel).collect::<Vec<_>>().into())
+        Voxels::F32(v.iter().enumerate().map(voxel).collect::<Vec<_>>())
     };
     let mut falling = noisy([6, 9, 5], [1.0, 0.6, 2.3], 2, i16s);
     (falling.slope, falling.intercept) = (-2.0, 10.0);
@@ -122,7 +119,7 @@ fn bounds_are_attained_in_bricks_between_voxels() {
     const BOUND: f64 = 1.2e-3;
     let volume = || {
         let voxels = noise(9 * 7 * 11, 1).iter().map(|v| (v * 256.0) as u8).collect::<Vec<_>>();
-        Volume::new([9, 7, 11], DVec3::new(1.0, 1.5, 2.0), Voxels::U8(voxels.into())).unwrap()
+        Volume::new([9, 7, 11], DVec3::new(1.0, 1.5, 2.0), Voxels::U8(voxels)).unwrap()
     };
     for (what, transfer) in
         [("ramp", String::new()), ("spikes", peaked(1.0 / 1020.0, 1021)), ("falling", FALLING.into())]
@@ -164,7 +161,7 @@ fn is_bend(table: &MediumTable, value: f64) -> bool {
 fn materials_that_start_at_a_value_of_the_data_leave_bricks_below_it_free() {
     // Bricks whose largest voxel is 100 or less, where extinction starts at 100 exactly.
     let voxels = noise(24 * 24 * 24, 3).iter().map(|v| (v * 101.0) as u8).collect::<Vec<_>>();
-    let volume = Volume::new([24; 3], DVec3::ONE, Voxels::U8(voxels.into())).unwrap();
+    let volume = Volume::new([24; 3], DVec3::ONE, Voxels::U8(voxels)).unwrap();
     let start = 100.0 / 255.0;
     let transfer = format!("points = [{{ value = {start}, opacity = 0 }}, {{ value = 1, opacity = 1 }}]");
     let probe = Probe::new(volume, (0.0, 255.0), &transfer, &[start]);
@@ -180,7 +177,7 @@ fn rounding_between_voxels_is_bounded_at_fractions_up_to_one() {
     // 2^-10 more. Extinction starts at 6000.
     let voxel = |v: &f64| if *v < 0.5 { 6000 } else { (v * 10_000.0) as i16 - 20_500 };
     let voxels: Vec<i16> = noise(12 * 12 * 12, 4).iter().map(voxel).collect();
-    let volume = Volume::new([12; 3], DVec3::ONE, Voxels::I16(voxels.into())).unwrap();
+    let volume = Volume::new([12; 3], DVec3::ONE, Voxels::I16(voxels)).unwrap();
     let transfer = "resolution = 11\npoints = [{ value = 0.7, opacity = 0 }, { value = 0.8, opacity = 1 }]";
     let probe = Probe::new(volume, (5993.0, 6003.0), transfer, &[]);
     let bricks = probe.grid().brick_ranges(1);

@@ -1,5 +1,5 @@
 //! The largest single allocation and the most bytes held at once, of a piece of code.
-#![allow(unsafe_code)]
+#![allow(unsafe_code, dead_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `summary` | title, what was found, what to use |
 //! | `tables` | all cases at a glance, published numbers, devices |
+//! | `truths` | cases of which something is known, by devices |
 //! | `cases` | pictures and numbers of every case |
 //! | `pictures` | thumbnails as data URIs |
 //! | `explain` | metrics, methods, how to do it again |
@@ -13,6 +14,7 @@ mod explain;
 mod pictures;
 mod summary;
 mod tables;
+mod truths;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -51,13 +53,16 @@ pub fn page(view: &View<'_>, plots: &[Plots]) -> String {
                 header { (summary::header(view)) }
                 main {
                     (section("findings", "What was found", &summary::findings(view)))
-                    (section("use", "What to use", &summary::advice(view)))
-                    (section("cases", "All cases", &tables::cases(view)))
-                    (section("plots", "Plots", &groups(plots, view)))
+                    @if truths::any(view) { (section("truths", "What is known", &truths::all(view))) }
+                    @if !only_truths(view) {
+                        (section("use", "What to use", &summary::advice(view)))
+                        (section("cases", "All cases", &tables::cases(view)))
+                        (section("plots", "Plots", &groups(plots, view)))
+                    }
                     @if !view.results.published.is_empty() {
                         (section("published", "What others published", &tables::published(view)))
                     }
-                    (section("details", "Case by case", &cases::all(view)))
+                    @if !only_truths(view) { (section("details", "Case by case", &cases::all(view))) }
                     (section("machine", "Machine and devices", &tables::machine(view)))
                     (section("terms", "How to read it", &explain::terms(view)))
                     (section("again", "How to do it again", &explain::again(view)))
@@ -73,6 +78,11 @@ pub fn page(view: &View<'_>, plots: &[Plots]) -> String {
         }
     };
     printable(&markup.into_string())
+}
+
+/// Whether every case is judged by its truth alone.
+fn only_truths(view: &View<'_>) -> bool {
+    view.groups.is_empty() && truths::any(view)
 }
 
 fn section(id: &str, title: &str, content: &Markup) -> Markup {

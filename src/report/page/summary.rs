@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::{case_link, fact, sentence, user};
+use super::{case_link, fact, sentence, truths, user};
 use crate::{
     bench::results::{Finding, FindingKind, Severity},
     report::{
@@ -39,13 +39,16 @@ pub fn header(view: &View<'_>) -> Markup {
             (fact("Measured", &html! { (measured) }))
             (fact("On", &machine))
             @if !results.cases.is_empty() { (fact("Self-test", &html! { (selftest(view)) })) }
-            (fact("Errors", &html! { (errors(view)) }))
+            @if !view.groups.is_empty() { (fact("Errors", &html! { (errors(view)) })) }
             (fact("When", &html! { (when) }))
         }
         nav {
-            @for (id, title) in [("findings", "Found"), ("use", "Use"), ("cases", "Cases"), ("plots", "Plots"),
-                ("details", "Pictures"), ("machine", "Machine"), ("terms", "Terms"), ("again", "Again")] {
-                a href={ "#" (id) } { (title) } " "
+            @let measured = !view.groups.is_empty() || !truths::any(view);
+            @for (id, title, shown) in [("findings", "Found", true), ("truths", "Known", truths::any(view)),
+                ("use", "Use", measured), ("cases", "Cases", measured), ("plots", "Plots", measured),
+                ("details", "Pictures", measured), ("machine", "Machine", true), ("terms", "Terms", true),
+                ("again", "Again", true)] {
+                @if shown { a href={ "#" (id) } { (title) } " " }
             }
         }
     }
@@ -71,7 +74,7 @@ fn selftest(view: &View<'_>) -> &'static str {
 
 /// From where to where the errors are at the end.
 fn errors(view: &View<'_>) -> String {
-    let last = view.results.cases.iter().filter_map(|case| case.summary.points.last());
+    let last = view.members().filter_map(|member| member.case.summary.points.last());
     let errors = last.filter_map(|point| point.relative_rmse).map(|rmse| rmse.value);
     let (least, most) =
         errors.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), error| (error.min(a), error.max(b)));
@@ -96,7 +99,9 @@ pub fn findings(view: &View<'_>) -> Markup {
     let count = |severity| results.findings.iter().filter(|finding| finding.severity == severity).count();
     let (failures, warnings) = (count(Severity::Failure), count(Severity::Warning));
     let (class, verdict) = match (failures, warnings) {
-        _ if results.cases.is_empty() => ("warning", "Nothing was measured.".to_owned()),
+        _ if results.cases.is_empty() && results.refusals.is_empty() => {
+            ("warning", "Nothing was measured.".to_owned())
+        }
         (0, 0) if !results.complete => {
             ("warning", "Nothing wrong so far, but the bench is not finished.".into())
         }
@@ -122,15 +127,15 @@ pub fn findings(view: &View<'_>) -> Markup {
 }
 
 fn finding_item(view: &View<'_>, finding: &Finding) -> Markup {
-    let about = view.members().find(|member| {
-        finding.case.as_ref() == Some(&member.case.name)
-            && finding.device.as_ref().is_none_or(|device| *device == member.case.device.selector)
+    let about = view.results.cases.iter().position(|case| {
+        finding.case.as_ref() == Some(&case.name)
+            && finding.device.as_ref().is_none_or(|device| *device == case.device.selector)
     });
     html! {
         li class={ "finding " (class(finding.severity)) } {
             strong { (word(finding.severity)) } " "
             @match (about, &finding.case, &finding.device) {
-                (Some(member), ..) => { (case_link(member.index, &member.label)) ": " },
+                (Some(index), ..) => { (case_link(index, &view.label(index))) ": " },
                 (None, Some(case), _) => { (user(case)) ": " },
                 (None, None, Some(device)) => { "device " (user(device)) ": " },
                 (None, None, None) => {},

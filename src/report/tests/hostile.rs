@@ -57,10 +57,12 @@ fn full() -> Results {
         finding(Severity::Warning, FindingKind::Bias, Some("a"), "biased; ask for `more`"),
         finding(Severity::Note, FindingKind::Spread, None, "times vary"),
     ];
+    let failed = Case { truth: None, failed: Some("no memory".into()), ..true_case("f", "three", 0.0) };
     Results {
         published: vec![published],
         findings,
-        ..results(vec![first, second, case("c", "two", 1.0, 1.0)])
+        refusals: vec![refusal("r", None), refusal("s", Some("out of memory"))],
+        ..results(vec![first, second, case("c", "two", 1.0, 1.0), true_case("t", "three", 7.0), failed])
     }
 }
 

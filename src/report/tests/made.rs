@@ -80,6 +80,7 @@ pub fn case(name: &str, group: &str, per_sample: f64, noise: f64) -> Case {
     };
     Case {
         name: name.into(),
+        about: String::new(),
         group: group.into(),
         curve: None,
         scene: "../cloud.toml".into(),
@@ -122,6 +123,48 @@ pub fn case(name: &str, group: &str, per_sample: f64, noise: f64) -> Case {
             lookups_per_second: Some(2e6),
         },
         images: Images::default(),
+        truth: None,
+        failed: None,
+    }
+}
+
+/// A case that is judged by a truth: 0.5, and found to be off by so many of its standard errors of 0.01, 5 of which are
+/// allowed.
+pub fn true_case(name: &str, group: &str, sigmas: f64) -> Case {
+    let mut case = case(name, group, 0.1, 0.1);
+    case.about = "why it is hard".into();
+    case.reference.kind = ReferenceKind::Truth;
+    let found = 0.5 + 0.01 * sigmas;
+    case.truth = Some(Judged {
+        value: [0.5; 3],
+        of: Quantity::Mean,
+        region: [0, 0, 64, 48],
+        error: 0.0,
+        tolerance: 1e-5,
+        sigmas: 5.0,
+        source: "closed form".into(),
+        found: [found; 3],
+        standard_error: Some([0.01; 3]),
+        z: Some(sigmas),
+        relative: Some(0.02 * sigmas),
+        share: Some(sigmas.abs() / 5.0),
+        not_finite: 0,
+        negative: 0,
+        right: sigmas.abs() <= 5.0,
+    });
+    case
+}
+
+/// A case that must be refused, and what was said.
+pub fn refusal(name: &str, message: Option<&str>) -> Refusal {
+    Refusal {
+        name: name.into(),
+        about: "why it is hard".into(),
+        group: "refusals".into(),
+        scene: "../cloud.toml".into(),
+        overrides: vec!["image.width=0".into()],
+        wanted: "out of range".into(),
+        message: message.map(String::from),
     }
 }
 
@@ -163,6 +206,7 @@ pub fn results(cases: Vec<Case>) -> Results {
         seconds: 100.0,
         complete: true,
         cases,
+        refusals: Vec::new(),
         published: Vec::new(),
         findings: Vec::new(),
     }

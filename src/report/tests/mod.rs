@@ -4,6 +4,7 @@ mod content;
 mod document;
 mod hostile;
 mod made;
+mod truths;
 
 use std::path::Path;
 

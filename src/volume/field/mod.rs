@@ -117,7 +117,7 @@ pub fn sample(field: &impl Field, dims: [usize; 3]) -> Result<Volume, GridError>
             *voxel = field.value(DVec3::new(centre(i, nx), y, z)) as f32;
         }
     });
-    Volume::new(dims, DVec3::ONE, Voxels::F32(values.into()))
+    Volume::new(dims, DVec3::ONE, Voxels::F32(values))
 }
 
 fn centre(index: usize, count: usize) -> f64 {
