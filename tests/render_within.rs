@@ -4,13 +4,17 @@
 //! factor of Beer and Lambert alone, pixel by pixel.
 
 mod common;
+#[path = "common/photons.rs"]
+mod photons;
 
 use common::{EPS, close, device};
+use glam::DVec3;
+use photons::{PAPER, floor, sphere};
 use std::path::Path;
 use svetlo::caustics::PassLedger;
 use svetlo::film::FilmPixel;
 use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session};
-use svetlo::scene::Scene;
+use svetlo::scene::{Light, Scene, SurfaceMaterial, SurfaceShape};
 
 /// A look straight down from z = 4, through the centres of pixels, at a white floor at z = 0.
 const VIEW: &str = "[image]\nwidth = 4\nheight = 4\nfilter = \"point\"\n\
@@ -111,32 +115,43 @@ fn cameras_in_amber_in_water_look_out_of_both() {
     });
 }
 
+/// Photons alone: of a lamp 0.75 above the ground, in a ball of amber of radius 0.2 or in a plate of it from 0.5 to 1, all in
+/// water up to 1 or beyond. They go through a square of 1 that is 0.5 below the lamp.
 #[test]
 fn photons_of_lamps_in_amber_in_water_lose_what_both_take() {
-    // The lamp is 0.75 above the ground, in a ball of amber of radius 0.2, or in a plate of it from 0.5 to 1. Photons go
-    // through a square of 1 that is 0.5 below the lamp.
-    let ball = "[[surface]]\nkind = \"sphere\"\ncentre = [0, 0, 0.75]\nradius = 0.2\nmaterial = \"amber\"\n";
-    let method = "[method]\nkind = \"caustics\"\nphotons = 40000\nradius = 0.2\nbounces = 0\ndirect = \"photons\"\n\
-        [method.emission]\ntarget = { centre = [0, 0, 0.25], edge_u = [1, 0, 0], edge_v = [0, 1, 0] }\n";
+    let lamp = DVec3::Z * 0.75;
+    let glass = |absorption| SurfaceMaterial::Dielectric { cauchy: [1.0, 0.0, 0.0], absorption };
+    let plate = SurfaceShape::Box { low: DVec3::new(-2.0, -2.0, 0.5), high: DVec3::new(2.0, 2.0, 1.0) };
+    // Out of the way, so that all have one program.
+    let aside = |shape: SurfaceShape| (shape, PAPER);
+    let far = DVec3::Z * -60.0;
+    let far_box = SurfaceShape::Box { low: far - 1.0, high: far };
     type Amber = fn(f64) -> f64;
-    let bodies: [(String, Amber); 2] =
-        [(ball.into(), |_| 0.2), (cuboid(0.5, 1.0, "amber"), |slant| 0.25 * slant)];
-    for (body, amber) in bodies {
-        let text =
-            format!("{VIEW}{}{}{body}{POOL}{LAMP}{method}", glass("water", WATER), glass("amber", AMBER));
-        let flux = render(&text).1.flux;
-        // The mean over the solid angle of the square, by the midpoints of 400 cells.
-        let (mut sum, mut whole) = (0.0, 0.0);
-        for i in 0..400 {
-            let [x, y] = [i % 20, i / 20].map(|k| (f64::from(k) + 0.5) / 20.0 - 0.5);
-            let slant = (x * x + y * y + 0.25).sqrt() / 0.5;
-            let left = |c: usize| (-AMBER[c] * amber(slant) - WATER[c] * (0.75 * slant - amber(slant))).exp();
-            whole += slant.powi(-3);
-            sum += slant.powi(-3) * (left(0) + left(1) + left(2)) / 3.0;
+    let bodies: [(SurfaceShape, SurfaceShape, Amber); 2] =
+        [(sphere(lamp, 0.2), far_box, |_| 0.2), (plate, sphere(far, 1.0), |slant| 0.25 * slant)];
+    for (body, other, amber) in bodies {
+        for surface in [1.0, 5.0] {
+            let water = SurfaceShape::Plane { point: DVec3::Z * surface, normal: DVec3::Z };
+            let parts =
+                [floor(0.0), (water, glass(WATER)), (body.clone(), glass(AMBER)), aside(other.clone())];
+            let light = Light::Point { position: lamp, intensity: [1.0; 3] };
+            let mut scene =
+                photons::Scene::new(parts, [light], 40_000).through(DVec3::Z * 0.25, DVec3::X, DVec3::Y);
+            scene.settings.store_direct = true;
+            let flux = scene.ledger(1);
+            // The mean over the solid angle of the square, by the midpoints of 400 cells.
+            let (mut sum, mut whole) = (0.0, 0.0);
+            for i in 0..400 {
+                let [x, y] = [i % 20, i / 20].map(|k| (f64::from(k) + 0.5) / 20.0 - 0.5);
+                let slant = (x * x + y * y + 0.25).sqrt() / 0.5;
+                let depth = |c: usize| AMBER[c] * amber(slant) + WATER[c] * (0.75 * slant - amber(slant));
+                whole += slant.powi(-3);
+                sum += slant.powi(-3) * (0..3).map(|c| (-depth(c)).exp()).sum::<f64>() / 3.0;
+            }
+            // Photons in cells of 1/200: sums of smooth functions to 1e-4, those of the quadrature to 1e-3.
+            close("stored", flux.stored / flux.emitted, sum / whole, 2e-3);
+            close("ledger", flux.imbalance(), 0.0, 1e-5);
         }
-        // Photons in cells of 1/200: sums of smooth functions to 1e-4, those of the quadrature to 1e-3.
-        close("stored", flux.stored / flux.emitted, sum / whole, 2e-3);
-        close("ledger", flux.imbalance(), 0.0, 1e-5);
     }
 }
 
