@@ -16,8 +16,8 @@ use crate::device::{Catalog, Device, DeviceInfo};
 use crate::irradiance::LightData;
 use crate::picture::{check_writable, remove_leftovers};
 use crate::render::{
-    BRICK_SHIFT, Ended, Observer, Plan, Rendering, Saved, SceneData, Session, Share, Spent, data_hash,
-    method_name, preview_tonemap, run as run_progressive,
+    BRICK_SHIFT, Ended, Observer, Plan, Rendering, Saved, SceneData, Session, Spent, data_hash, method_name,
+    preview_tonemap, run as run_progressive,
 };
 use crate::scene::{Method, Scene, Stop};
 use crate::{Error, Result};
