@@ -49,7 +49,7 @@ fn with_a_slow_one(
     let [slow, quick] = [(); 2].map(|()| Arc::new(Faults::stall(Call::Launch)));
     let [first, second] = [&slow, &quick].map(|faults| device().failing(Arc::clone(faults)).unwrap());
     std::thread::scope(|scope| {
-        let mut crew = Crew::start(scope, plan, order(first, second).into(), None, None).unwrap();
+        let mut crew = Crew::start(scope, plan, Vec::from(order(first, second)), None, None).unwrap();
         let both = [&*slow, &*quick];
         // Neither is done with everything before the other has taken something.
         let at_work = |_: &Crew<'_>| both.iter().all(|faults| faults.calls_of(Call::Launch) > 0);
