@@ -47,7 +47,7 @@ fn picture(rendering: &dyn Rendering) -> Picture {
         film: rendering.film().unwrap(),
         auxiliary: rendering.auxiliary().unwrap(),
         paths: rendering.ledger().unwrap(),
-        photons: rendering.facts().photons.copied(),
+        photons: rendering.facts().photons,
     }
 }
 

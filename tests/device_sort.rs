@@ -68,6 +68,22 @@ fn any_number_of_items() {
     }
 }
 
+/// As few as make every form go through several blocks: `scripts/test` runs this under Oclgrind.
+#[test]
+fn a_few_blocks() {
+    let device = common::device();
+    for (kind, form) in ways(&device) {
+        let count = match (kind, form) {
+            (SortKind::Bitonic, Form::Items) => 16_385,
+            (SortKind::Bitonic, Form::Groups) => 4_097,
+            (SortKind::Radix, _) => 3_000,
+        };
+        let mut sorter = Sorter::with_form(&device, kind, form, count).unwrap();
+        let keys = random(count, 9, 3);
+        check(&device, &mut sorter, &keys, u32::MAX, 9, &format!("{kind:?} {form:?}"));
+    }
+}
+
 #[test]
 fn a_million_items() {
     let device = common::device();

@@ -26,12 +26,14 @@ INLINE bool is_cell(__constant struct LightGrid *grid, int x, int y, int z) {
     return x >= 0 && x < grid->dims.x && y >= 0 && y < grid->dims.y && z >= 0 && z < grid->dims.z;
 }
 
-// The work-item's cell x, y, z; it ends where there is none.
+// The work-item's cell x, y, z; it ends where there is none. Not by `x >= grid->dims.x`: Intel's runtime for CPUs takes
+// such a comparison of a number of the work-item with one from memory for a bound of its loop, gets that wrong, and does
+// nothing at all.
 #define FIND_LIGHT_CELL                                                                     \
     long x = (long)get_global_id(0);                                                        \
     int y = (int)get_global_id(1);                                                          \
     int z = (int)get_global_id(2);                                                          \
-    if ((int)x >= grid->dims.x || y >= grid->dims.y || z >= grid->dims.z) return;
+    if (max(max((int)x - grid->dims.x, y - grid->dims.y), z - grid->dims.z) >= 0) return;
 
 // The work-item's element of the padded box, x, y, z from -1 on; it ends where there is none.
 #define FIND_PADDED_CELL                                                                    \

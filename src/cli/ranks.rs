@@ -12,7 +12,7 @@ use crate::post::Exchange;
 use std::time::Duration;
 
 /// How long a process that is told of the end may take to say so: it may be in the middle of a build.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// The end of a command.
 pub struct End {

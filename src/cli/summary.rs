@@ -58,7 +58,7 @@ impl Summary<'_> {
         if let Some(paths) = &self.snapshot.paths {
             say(&energy::line(paths, &self.plan.scene.method));
         }
-        if let (Some(ledger), Some(passes)) = (&self.snapshot.photons, facts.passes) {
+        if let (Some(ledger), Some(passes)) = (&self.snapshot.photons, &facts.passes) {
             photons::line(ledger, passes).iter().for_each(|text| say(text));
         }
         self.warn();
@@ -193,7 +193,7 @@ impl Summary<'_> {
             "light": facts.light,
             "paths": self.snapshot.paths.as_ref().map(energy::report),
             "photons": self.snapshot.photons.as_ref()
-                .map(|ledger| photons::report(ledger, facts.passes)),
+                .map(|ledger| photons::report(ledger, facts.passes.as_ref())),
             "mean": summary.mean,
             "estimated_error": summary.relative_error(),
             "rejected_samples": summary.rejected,

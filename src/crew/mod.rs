@@ -20,7 +20,6 @@ mod shared;
 mod state;
 mod worker;
 
-use crate::caustics::{PassFacts, PassLedger};
 use crate::device::{Device, DeviceName, MemoryPlan};
 use crate::film::FilmPixel;
 use crate::irradiance::{LightData, LightFacts};
@@ -30,6 +29,8 @@ use crate::{Error, Result};
 use far::Far;
 use seat::Seat;
 use shared::Shared;
+use state::Moment;
+use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread::Scope;
@@ -74,8 +75,8 @@ pub struct Crew<'s> {
     light_facts: Option<LightFacts>,
     light_hash: Option<String>,
     light_from_file: bool,
-    passes: Option<PassFacts>,
-    photons: Option<PassLedger>,
+    /// All that goes with the film that was read last, until the next step.
+    moment: RefCell<Option<Moment>>,
     build_time: Duration,
     build_cached: bool,
     spent_building: Duration,
@@ -117,8 +118,7 @@ impl<'s> Crew<'s> {
             light_facts: None,
             light_hash: light.map(LightData::hash),
             light_from_file: false,
-            passes: None,
-            photons: None,
+            moment: RefCell::new(None),
             build_time: spent_building,
             build_cached: false,
             spent_building,
@@ -149,7 +149,6 @@ impl<'s> Crew<'s> {
         if known.light_hash.is_some() {
             self.light_hash = known.light_hash;
         }
-        (self.passes, self.photons) = (known.passes, known.photons);
         self.build_time = self.spent_building + known.build_time;
         self.build_cached = known.build_cached;
     }
@@ -163,6 +162,7 @@ impl Drop for Crew<'_> {
 
 impl Rendering for Crew<'_> {
     fn step(&mut self, target: u32) -> Result<()> {
+        self.moment.replace(None);
         self.shared.aim_at(target);
         let waited = self.shared.wait(PATIENCE);
         self.refresh();
@@ -170,19 +170,23 @@ impl Rendering for Crew<'_> {
     }
 
     fn progress(&self) -> Progress {
-        self.shared.progress()
+        self.moment.borrow().as_ref().map_or_else(|| self.shared.progress(), |moment| moment.progress)
     }
 
     fn film(&self) -> Result<Vec<FilmPixel>> {
-        Ok(self.shared.film())
+        let (film, moment) = self.shared.film();
+        self.moment.replace(Some(moment));
+        Ok(film)
     }
 
     fn auxiliary(&self) -> Result<Option<Vec<Auxiliary>>> {
-        Ok(self.shared.auxiliary())
+        let kept = self.moment.borrow();
+        Ok(kept.as_ref().map_or_else(|| self.shared.moment().auxiliary, |moment| moment.auxiliary.clone()))
     }
 
     fn ledger(&self) -> Result<Option<PathLedger>> {
-        Ok(self.shared.paths())
+        let kept = self.moment.borrow();
+        Ok(kept.as_ref().map_or_else(|| self.shared.moment().paths, |moment| moment.paths))
     }
 
     fn light(&self) -> Result<Option<LightData>> {
@@ -202,6 +206,8 @@ impl Rendering for Crew<'_> {
     }
 
     fn facts(&self) -> Facts<'_> {
+        let kept = self.moment.borrow();
+        let photons = kept.as_ref().map_or_else(|| self.shared.photons(), |moment| moment.photons);
         Facts {
             devices: self.names.clone(),
             build_time: self.build_time,
@@ -209,8 +215,8 @@ impl Rendering for Crew<'_> {
             light: self.light_facts.as_ref(),
             light_hash: self.light_hash.as_deref(),
             light_from_file: self.light_from_file,
-            passes: self.passes.as_ref(),
-            photons: self.photons.as_ref(),
+            passes: self.shared.known().passes,
+            photons,
         }
     }
 

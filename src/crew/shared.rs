@@ -2,11 +2,12 @@
 
 use super::board::Board;
 use super::queue::Queue;
-use super::state::{Held, Known, Light, Member, State, Work};
+use super::state::{Held, Known, Light, Member, Moment, State, Work};
+use crate::caustics::PassLedger;
 use crate::device::DeviceName;
 use crate::film::FilmPixel;
 use crate::irradiance::LightData;
-use crate::render::{Auxiliary, PathLedger, Plan, Progress, SavedFilm, Shift, TILE, extent_of_rows};
+use crate::render::{Auxiliary, Plan, Progress, SavedFilm, Shift, TILE, extent_of_rows};
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -142,16 +143,18 @@ impl Shared<'_> {
         self.lock().progress()
     }
 
-    pub fn film(&self) -> Vec<FilmPixel> {
-        self.lock().film.clone()
+    /// The film, and what goes with it.
+    pub fn film(&self) -> (Vec<FilmPixel>, Moment) {
+        let state = self.lock();
+        (state.film.clone(), state.moment())
     }
 
-    pub fn auxiliary(&self) -> Option<Vec<Auxiliary>> {
-        self.lock().auxiliary.clone()
+    pub fn moment(&self) -> Moment {
+        self.lock().moment()
     }
 
-    pub fn paths(&self) -> Option<PathLedger> {
-        self.lock().paths
+    pub fn photons(&self) -> Option<PassLedger> {
+        self.lock().photons
     }
 
     pub fn light(&self) -> Option<Arc<LightData>> {
@@ -169,7 +172,7 @@ impl Shared<'_> {
         let state = self.lock();
         let passes = state.members.iter().filter_map(|member| member.passes.as_ref());
         let passes = passes.copied().reduce(|sum, facts| sum.plus(&facts));
-        Known { passes, photons: state.photons, ..state.known.clone() }
+        Known { passes, ..state.known.clone() }
     }
 
     pub fn shifts(&self) -> Vec<Shift> {

@@ -69,12 +69,24 @@ pub(super) struct Known {
     pub light_facts: Option<LightFacts>,
     pub light_hash: Option<String>,
     pub passes: Option<PassFacts>,
-    pub photons: Option<PassLedger>,
     pub build_time: Duration,
     pub build_cached: bool,
 }
 
+/// What goes with a film: of the same moment, or a render that goes on from there would count some of it twice.
+pub(super) struct Moment {
+    pub progress: Progress,
+    pub auxiliary: Option<Vec<Auxiliary>>,
+    pub paths: Option<PathLedger>,
+    pub photons: Option<PassLedger>,
+}
+
 impl State {
+    pub fn moment(&self) -> Moment {
+        let (auxiliary, paths, photons) = (self.auxiliary.clone(), self.paths, self.photons);
+        Moment { progress: self.progress(), auxiliary, paths, photons }
+    }
+
     pub fn progress(&self) -> Progress {
         let (samples, tiles) = match &self.work {
             Work::Rows(board) => board.standing(),

@@ -47,7 +47,7 @@ impl Snapshot {
             auxiliary::add_channels(&mut picture, extra, plan.local.unit);
         }
         describe(&mut picture, session, plan, &summary, wall);
-        let photons = facts.photons.copied();
+        let photons = facts.photons;
         let of_paths = paths.iter().flat_map(PathLedger::entries);
         for (key, value) in of_paths.chain(photons.iter().flat_map(PassLedger::entries)) {
             picture.metadata.insert(format!("svetlo.{key}"), value);

@@ -23,7 +23,7 @@ pub trait Rendering {
     /// How far it has come.
     fn progress(&self) -> Progress;
 
-    /// The film, row by row from the top.
+    /// The film, row by row from the top. Until the next step, all else is what it was when this was last asked for.
     ///
     /// # Errors
     /// [`crate::Error::Failed`] when the device fails.
@@ -83,9 +83,9 @@ pub struct Facts<'a> {
     /// Whether the light volume was read from a file.
     pub light_from_file: bool,
     /// What the passes of this run did, for caustics.
-    pub passes: Option<&'a PassFacts>,
+    pub passes: Option<PassFacts>,
     /// Where the flux of the photons of all runs went, for caustics.
-    pub photons: Option<&'a PassLedger>,
+    pub photons: Option<PassLedger>,
 }
 
 /// What a device has done for a render that it shares with others.
@@ -152,8 +152,8 @@ impl Rendering for Session {
             light: self.light_facts(),
             light_hash: self.light_hash(),
             light_from_file: self.is_light_from_file(),
-            passes: self.pass_facts(),
-            photons: self.photons(),
+            passes: self.pass_facts().copied(),
+            photons: self.photons().copied(),
         }
     }
 }

@@ -15,6 +15,7 @@ mod faults;
 mod interrupt;
 mod kills;
 mod light;
+mod mpi;
 mod output;
 mod parts;
 mod resume;
