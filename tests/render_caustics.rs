@@ -187,25 +187,6 @@ fn a_rectangle_light_brings_what_its_form_factor_says() {
     assert!(sigma < 0.01 * factor, "{sigma}");
 }
 
-#[test]
-fn what_is_too_small_beside_glass_is_noted() {
-    let text = |large: f64| {
-        format!(
-            "{}{BALL}\"white\"\n[[surface]]\nkind = \"sphere\"\ncentre = [0, 0, 0]\nradius = {large}\nmaterial = \"glass\"\n\
-             [[light]]\nkind = \"point\"\nposition = [0, 0, 2]\nintensity = 1\n[method]\nkind = \"caustics\"\n",
-            from_above(4, 1.0, "point")
-        )
-    };
-    let note =
-        |large| Case::new(&text(large)).plan().notes.iter().find(|note| note.contains("wide")).cloned();
-    assert_eq!(note(1e2), None);
-    let note = note(1e6).unwrap();
-    assert!(
-        note.starts_with("`surface.0` is 5.00e-1 wide, and rays start 3.8e0 off surfaces there"),
-        "{note}"
-    );
-}
-
 /// A glass sphere of radius 1 in light that goes down, the floor at distance 2 below its centre; the floor alone is seen.
 fn burning_glass(pixels: u32, extent: f64, photons: u32, method: &str) -> Case {
     Case::new(&format!(

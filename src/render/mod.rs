@@ -7,6 +7,7 @@ mod auxiliary;
 mod bricks;
 mod camera;
 pub mod caustics;
+mod caustics_notes;
 pub mod emission_absorption;
 mod extrema;
 mod fingerprint;
