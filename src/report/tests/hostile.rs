@@ -10,7 +10,7 @@ const HOSTILE: &str = "</title></style><script>alert(\"1\")</script><img src=x o
 fn poisoned(results: &Results) -> Results {
     fn poison(value: &mut serde_json::Value, path: &str) {
         // These are no texts of anybody's but words of the format.
-        let words = ["kind", "severity", "measure"];
+        let words = ["kind", "severity", "measure", "of"];
         match value {
             serde_json::Value::String(text) if !words.contains(&path) => *text = format!("{text}{HOSTILE}"),
             serde_json::Value::Array(values) => values.iter_mut().for_each(|value| poison(value, path)),
