@@ -19,6 +19,7 @@ mod published;
 mod reference;
 mod refusals;
 pub mod results;
+mod results_truths;
 mod run;
 mod spec;
 pub mod statistics;

@@ -64,11 +64,7 @@ pub fn judge(picture: &Picture, truth: &TruthSpec, shared: bool) -> Result<Judge
         (0..of.values.len()).filter(|&p| of.values[p] < -truth.sigmas * of.deviation(p)).count() as u64
     };
     let negative = channels.iter().map(below).sum();
-    // NaN would be lost by `max`.
-    let largest = |shares: &dyn Fn(&Found) -> f64| {
-        found.iter().map(shares).fold(0.0, |a: f64, b| if b.is_nan() || b > a { b } else { a })
-    };
-    let share = largest(&|of| of.share);
+    let share = found.iter().map(|of| of.share).fold(0.0, f64::max);
     let random = found.iter().any(|of| of.error > 0.0);
     let three = |f: &dyn Fn(&Found) -> f64| [f(&found[0]), f(&found[1]), f(&found[2])];
     // Where the tolerance allows for more than noise does, standard errors say nothing.
@@ -104,17 +100,19 @@ fn pixels_of([left, top, right, bottom]: [u32; 4], width: usize) -> Vec<usize> {
 }
 
 fn found(channel: &Channel, truth: f64, pixels: &[usize], spec: &TruthSpec, shared: bool) -> Found {
-    let count = pixels.len() as f64;
+    // Those that are not are counted apart: the picture is wrong then, whatever the others are.
+    let finite = || pixels.iter().copied().filter(|&p| channel.values[p].is_finite());
     let (value, error) = match spec.of {
         Quantity::Mean => {
-            let mean = pixels.iter().map(|&p| channel.values[p]).sum::<f64>() / count;
-            let variance: f64 = pixels.iter().map(|&p| channel.deviation(p).powi(2)).sum();
+            let count = finite().count().max(1) as f64;
+            let variance: f64 = finite().map(|p| channel.deviation(p).powi(2)).sum();
+            let mean = finite().map(|p| channel.values[p]).sum::<f64>() / count;
             (mean, if shared { 0.0 } else { variance.sqrt() / count })
         }
         Quantity::Each => {
             let off = |p: usize| (channel.values[p] - truth).abs();
-            let worst = pixels.iter().copied().max_by(|&a, &b| off(a).total_cmp(&off(b)));
-            (worst.map_or(f64::NAN, |worst| channel.values[worst]), 0.0)
+            let worst = finite().max_by(|&a, &b| off(a).total_cmp(&off(b)));
+            (worst.map_or(0.0, |worst| channel.values[worst]), 0.0)
         }
     };
     let off = value - truth;
@@ -198,7 +196,7 @@ mod tests {
         nan.channels.retain(|channel| channel.name != "R");
         let nan = nan.with_channel("R", vec![f32::NAN; 6]);
         let judged = judge(&nan, &truth([2.0; 3]), false).unwrap();
-        assert!(!judged.right && judged.share.is_none(), "{judged:?}");
+        assert!(!judged.right && judged.not_finite == 6 && judged.found[0] == 0.0, "{judged:?}");
     }
 
     #[test]
