@@ -131,7 +131,7 @@ fn parts_views_and_light_files_are_those_of_one_process() {
     folder.succeed(&arguments(&["-o", "d.exr", "--load-light", "a.nrrd"]));
     for [output, expected] in [["b", "a"], ["c", "d"]] {
         for view in ["0001", "0002"] {
-            let image = |name: &str| folder.image(format!("{name}.{view}.exr"));
+            let image = |name: &str| folder.image(&format!("{name}.{view}.exr"));
             assert_same(&image(output), &image(expected), output);
         }
     }
