@@ -171,7 +171,7 @@ fn every_view_is_rendered_by_all() {
 
 #[test]
 fn who_renders_something_else_is_refused() {
-    let name = "tiny_emission_absorption";
+    let name = "tiny_multiple_scattering";
     let refusal = |set: &str| {
         let error = march(vec![scene(name, ""), scene(name, ""), scene(name, set)], &[0], 1).err().unwrap();
         assert!(matches!(error, Error::Input(_)));

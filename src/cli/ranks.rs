@@ -11,8 +11,8 @@ use crate::device::Catalog;
 use crate::post::Exchange;
 use std::time::Duration;
 
-/// How long a process that is told of the end may take to say so: it may be in the middle of a build.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// How long a process that is told of the end may take to say that it knows.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The end of a command.
 pub struct End {

@@ -35,32 +35,32 @@ pub fn serve(exchange: &Exchange, rank: &Rank<'_>) -> Result<u8> {
     let scene = rank.scene.as_ref().map(|scene| Identity::of(scene, rank.part)).map_err(Error::to_string);
     tell(exchange, &Report::Hello(Hello { host: rank.host.clone(), scene }))?;
     let data = OnceLock::new();
-    let code = loop {
-        match next(&control)? {
-            Order::End { code } => break code,
-            Order::Close => {}
+    let mut order = next(exchange, &control)?;
+    loop {
+        order = match order {
+            Order::End { code } => return Ok(code),
+            Order::Close => next(exchange, &control)?,
             Order::View { index, port } => {
                 let closing = Arc::new(AtomicBool::new(false));
-                let view = View { exchange, rank, data: &data, index, port, closing };
-                if let Some(code) = view.until_closed(&control)? {
-                    break code;
-                }
+                View { exchange, rank, data: &data, index, port, closing }.until_closed(&control)?
             }
         }
-    };
-    tell(exchange, &Report::Bye)?;
-    Ok(code)
+    }
 }
 
 fn tell(exchange: &Exchange, report: &Report) -> Result<()> {
     exchange.send(Letter { peer: 0, port: CONTROL, bytes: Packet::of(report).into_bytes() })
 }
 
-fn next(control: &Line<'_>) -> Result<Order> {
+/// The next order. That this process knows of the end is said at once: its devices may be in the middle of a build.
+fn next(exchange: &Exchange, control: &Line<'_>) -> Result<Order> {
     loop {
-        if let Some(bytes) = control.receive(PATIENCE)? {
-            return Reader::new(&bytes).head();
+        let Some(bytes) = control.receive(PATIENCE)? else { continue };
+        let order = Reader::new(&bytes).head()?;
+        if let Order::End { .. } = order {
+            tell(exchange, &Report::Bye)?;
         }
+        return Ok(order);
     }
 }
 
@@ -77,18 +77,16 @@ struct View<'a> {
 }
 
 impl View<'_> {
-    /// Works until rank 0 says that the view is done; the exit code, if all is.
-    fn until_closed(&self, control: &Line<'_>) -> Result<Option<u8>> {
+    /// Works until rank 0 says that the view is done; what it says next.
+    fn until_closed(&self, control: &Line<'_>) -> Result<Order> {
         std::thread::scope(|scope| {
             let work = scope.spawn(|| self.work());
-            let order = next(control);
+            let mut order = next(self.exchange, control);
             self.closing.store(true, Ordering::Relaxed);
-            let worked = work.join();
-            let code = match order? {
-                Order::End { code } => Some(code),
-                _ => None,
-            };
-            worked.unwrap_or_else(|_| Err(Error::Failed("its thread panicked".into()))).map(|()| code)
+            if let Ok(Order::Close) = order {
+                order = next(self.exchange, control);
+            }
+            work.join().unwrap_or_else(|_| Err(Error::Failed("its thread panicked".into()))).and(order)
         })
     }
 

@@ -128,10 +128,11 @@ fn parts_views_and_light_files_are_those_of_one_process() {
     folder.succeed(&arguments(&["-o", "a.exr", "--save-light", "a.nrrd"]));
     succeed(&folder, 2, "", &arguments(&["-o", "b.exr", "--save-light", "b.nrrd"]));
     succeed(&folder, 2, "", &arguments(&["-o", "c.exr", "--load-light", "a.nrrd"]));
-    for output in ["b", "c"] {
+    folder.succeed(&arguments(&["-o", "d.exr", "--load-light", "a.nrrd"]));
+    for [output, expected] in [["b", "a"], ["c", "d"]] {
         for view in ["0001", "0002"] {
-            let found = folder.image(format!("{output}.{view}.exr").as_str());
-            assert_same(&found, &folder.image(format!("a.{view}.exr").as_str()), output);
+            let image = |name: &str| folder.image(&format!("{name}.{view}.exr"));
+            assert_same(&image(output), &image(expected), output);
         }
     }
     let light = |name| std::fs::read(folder.path(name)).unwrap();
