@@ -56,7 +56,7 @@ fn numbers<T: Stored>(
     if tokens.next().is_some() {
         payload.beyond("more numbers", notes)?;
     }
-    Ok(T::Kept::voxels(values.into()))
+    Ok(T::Kept::voxels(values))
 }
 
 fn too_few(payload: &Payload<'_>, found: &str) -> VolumeError {
