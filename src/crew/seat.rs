@@ -39,7 +39,7 @@ impl<'s> Seat<'s> {
         match &mut state.work {
             Work::Rows(board) => {
                 let depth = if self.away { FAR_DEPTH } else { 1 };
-                let fresh = board.take(pace, members, goal, depth);
+                let fresh = board.take(self.me, pace, members, goal, depth);
                 let unit = fresh.or_else(|| slow_rows(&state.members))?;
                 state.members[self.me].held = Held::Rows(unit.clone(), Instant::now());
                 let rows = self.rows(state, &unit);

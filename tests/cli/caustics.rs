@@ -68,15 +68,21 @@ fn mean(picture: &Picture, channel: &str) -> f64 {
 }
 
 #[test]
-fn billions_of_photons_are_refused_with_both_numbers() {
+fn too_many_photons_are_refused_with_both_numbers() {
     let folder = folder();
     let before = folder.names();
-    let ran = folder.run(&["render", "scene.toml", "--quiet", "--set", "method.photons=2000000000"]);
-    ran.fails_with(1, "the photons would take 59.6 GiB, but the device's ");
+    let ran = folder.run(&["render", "scene.toml", "--quiet", "--set", "method.photons=500000000"]);
+    ran.fails_with(1, "the photons would take 14.9 GiB, but the device's ");
     assert!(ran.err.contains("fewer photons"), "{}", ran.err);
     assert_eq!(folder.names(), before);
-    let ran = folder.succeed(&["check", "scene.toml", "--set", "method.photons=2000000000"]);
-    assert!(ran.out.contains("59.6 GiB") && ran.out.contains("would take"), "{}", ran.out);
+    let ran = folder.succeed(&["check", "scene.toml", "--set", "method.photons=500000000"]);
+    assert!(ran.out.contains("14.9 GiB") && ran.out.contains("would take"), "{}", ran.out);
+    // No device could number so many.
+    for command in [&["render", "--quiet"][..], &["check"]] {
+        let ran = folder.run(&[command, &["scene.toml", "--set", "method.photons=2000000000"]].concat());
+        ran.fails_with(2, "`method.photons` = 2000000000 is too large");
+    }
+    assert_eq!(folder.names(), before);
 }
 
 #[test]

@@ -59,7 +59,10 @@ fn two_devices_make_the_picture_of_one() {
 #[test]
 fn a_device_that_is_lost_is_left_out_with_a_note() {
     let folder = Folder::new();
-    // So many samples that the first device does not end before the other has begun.
+    // Kernels that are compiled, and so many samples that the first device does not end before the other has begun.
+    if with_devices(&folder, &ARGUMENTS, "").is_none() {
+        return;
+    }
     let longer = [&ARGUMENTS[..7], &["300"]].concat();
     let Some(ran) = with_devices(&folder, &longer, "write=3@0:1") else { return };
     assert_eq!(ran.code, Some(0), "{}", ran.err);
