@@ -1,11 +1,15 @@
-//! Checks of light volumes: direct light in their cells, and the diffusion of what is scattered.
+//! Checks of light volumes: direct light in their cells, by rays and carried upwind, and the diffusion of what is
+//! scattered.
 
 use super::workbench::{Case, EPS, K, Measurement, Workbench, maximum, noise, volume};
 use crate::Result;
 use crate::device::{Buffer, Device};
 use crate::diffusion::{Boundary, Coefficients, Method, Settings, Solver};
-use crate::irradiance::{Direct, LightGrid, LitMedium};
-use crate::scene::Phase;
+use crate::irradiance::{
+    Carrying, Cells, Convection, Direct, LightGrid, LitMedium, crossing_steps, steady_light,
+};
+use crate::render::local::LocalFrame;
+use crate::scene::{Light, Phase};
 use glam::DVec3;
 
 /// Passes of direct light that is tracked.
@@ -95,6 +99,66 @@ fn lamp(bench: &Workbench) -> Result<Measurement> {
         roundings * EPS,
         "4 roundings of places, depth and exponential",
     ))
+}
+
+/// Light of two suns that face each other, carried through uneven layers: each layer leaves a known share of it.
+pub fn convection(bench: &Workbench) -> Result<Vec<Measurement>> {
+    // The way of light in a step, of a layer.
+    const COURANT: f64 = 0.5;
+    let (dims, h) = ([5, 6, 24], 0.5);
+    let layers = dims[2];
+    let sigma: Vec<f32> = noise(layers, 17).iter().map(|u| 0.4 * *u as f32).collect();
+    let local = LocalFrame::new(DVec3::ZERO, DVec3::new(1.0, 1.3, h), dims);
+    let grid = LightGrid::new(&local, 1);
+    let h = grid.cell.z;
+    let lights =
+        [DVec3::Z, DVec3::NEG_Z].map(|direction| Light::Directional { direction, irradiance: [1.0; 3] });
+    let device = Device::open(&bench.info)?.altering(bench.alter);
+    // A third of it scatters.
+    let of_cells = |share: f32| -> Vec<[f32; 4]> {
+        (0..grid.cells()).map(|i| [share * sigma[i / (dims[0] * dims[1])]; 4]).collect()
+    };
+    let cells = Cells {
+        scattering: Buffer::from_slice(&device, &of_cells(1.0 / 3.0))?,
+        absorption: Buffer::from_slice(&device, &of_cells(2.0 / 3.0))?,
+        glow: None,
+    };
+    let carrying = Carrying { chromatic: false, mean_cosine: 0.0, directed: false };
+    // What is left behind layer after layer, from both ends; the largest error of a cell.
+    let error = |fluence: &[[f32; 4]], left: &dyn Fn(f64) -> f64| {
+        let through = |k: usize| left(f64::from(sigma[k]) * h);
+        let exact: Vec<f64> = (0..layers)
+            .map(|k| (0..=k).map(through).product::<f64>() + (k..layers).map(through).product::<f64>())
+            .collect();
+        let of_cell = |(i, f): (usize, &[f32; 4])| (f64::from(f[1]) - exact[i / (dims[0] * dims[1])]).abs();
+        fluence.iter().enumerate().map(of_cell).fold(0.0, maximum)
+    };
+    let settled =
+        steady_light(&device, &grid, &cells, &lights, &local, carrying)?.direct.fluence.read(&device)?;
+    let steps = 2 * crossing_steps(&grid, COURANT);
+    let mut stepping = Convection::new(&device, &grid, &cells, &lights, &local, carrying, COURANT)?;
+    stepping.advance(&device, steps)?;
+    let stepped = stepping.direct(&device)?.fluence.read(&device)?;
+    let resting = |depth: f64| {
+        let decay = (-COURANT * depth).exp();
+        COURANT * decay / (1.0 - (1.0 - COURANT) * decay)
+    };
+    Ok(vec![
+        Measurement::within(
+            format!("steady light through {layers} layers: largest error of a cell"),
+            error(&settled, &|depth| 1.0 / (1.0 + depth)),
+            0.0,
+            2.0 * 54.0 * EPS * layers as f64,
+            "54 roundings a layer, of both suns",
+        ),
+        Measurement::within(
+            format!("after {steps} steps: largest error of a cell"),
+            error(&stepped, &resting),
+            0.0,
+            2.0 * (40.0 * EPS * f64::from(steps) + f64::exp(-16.0)),
+            "40 roundings a step, and what is still on its way",
+        ),
+    ])
 }
 
 /// Light that springs up evenly in uneven layers which absorb nothing: what flows through each face is known, and the

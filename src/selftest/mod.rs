@@ -120,6 +120,11 @@ pub const CHECKS: &[Check] = &[
         run: light::direct_light,
     },
     Check {
+        name: "convection",
+        proves: "light that is carried upwind through uneven layers leaves the closed form's share in each",
+        run: light::convection,
+    },
+    Check {
         name: "diffusion",
         proves: "scattered light in uneven layers is that of their resistances in series",
         run: light::diffusion,
