@@ -57,7 +57,7 @@ INLINE struct MediumRay medium_ray(const struct Medium *medium, float3 origin, f
     float3 scale = medium->tables.volume->scale.xyz;
     float3 start = origin * scale + GRID_LOW;
     float3 way = direction * scale;
-    through.ray = ray_lanes(points(start.x, start.y, start.z), points(way.x, way.y, way.z));
+    through.ray = ray_lanes(medium->tables.method, points(start.x, start.y, start.z), points(way.x, way.y, way.z));
     through.from = 0.0f;
     through.to = end;
     clip_rays(medium->tables.method, &through.ray, &through.from, &through.to);

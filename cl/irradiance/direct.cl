@@ -224,7 +224,7 @@ INLINE void add_pass(const struct DirectState *state, const struct Pass *pass, c
 INLINE uint follow_rays(const struct DirectState *state, struct DirectTally *tally, const struct MediumTables *m,
     const struct DirectScene *s, const uint cells[CELLS], uint first, uint count) {
     struct FlightLanes flight = idle_flights();
-    struct RayLanes ray = ray_lanes(points((Reals)(0.0f), (Reals)(0.0f), (Reals)(0.0f)),
+    struct RayLanes ray = ray_lanes(m->method, points((Reals)(0.0f), (Reals)(0.0f), (Reals)(0.0f)),
         points((Reals)(1.0f), (Reals)(1.0f), (Reals)(1.0f)));
     struct DirectLanes lanes = idle_rays();
     struct Pass pass;

@@ -294,7 +294,7 @@ INLINE void begin_rays(struct DirectLanes *d, struct FlightLanes *f, struct RayL
     d->place = pick_points(d->place, points(in_x.all, in_y.all, in_z.all), begun);
 #endif
     float4 scale = m->volume->scale;
-    struct RayLanes fresh = ray_lanes(points(x.all, y.all, z.all),
+    struct RayLanes fresh = ray_lanes(m->method, points(x.all, y.all, z.all),
         points(direction.x * scale.x, direction.y * scale.y, direction.z * scale.z));
     Reals from = zero;
     Reals to = far.all;

@@ -145,7 +145,7 @@ INLINE void scatter_from_angles(struct PathLanes *path, const struct FlightLanes
     look_up_colors(&there, m, s, mask, albedo, emission);
     struct Points direction = points(x.all, y.all, z.all);
     Reals phase = phase_between(phase_parameters(m), path->direction, direction);
-    struct RayLanes shadow = ray_lanes(there.place, scaled_direction(m->volume, direction));
+    struct RayLanes shadow = ray_lanes(m->method, there.place, scaled_direction(m->volume, direction));
     Reals begins = (Reals)(0.0f);
     Reals ends = far.all;
     clip_rays(m->method, &shadow, &begins, &ends);

@@ -106,7 +106,7 @@ INLINE void seek_lights(struct PathLanes *path, struct FlightLanes *f, struct Ra
     }
     path->ray = PICK(path->ray, (Ints)(SHADOW_RAY), mask);
 #ifdef ESTIMATED
-    struct RayLanes shadow = ray_lanes(path->vertex, scaled_direction(m->volume, direction));
+    struct RayLanes shadow = ray_lanes(m->method, path->vertex, scaled_direction(m->volume, direction));
     Reals from = (Reals)(0.0f);
     clip_rays(m->method, &shadow, &from, &far.all);
     Reals estimate[TRACKED];

@@ -103,11 +103,11 @@ INLINE struct Points scaled_direction(__constant struct Volume *volume, struct P
     return points(d.x * volume->scale.x, d.y * volume->scale.y, d.z * volume->scale.z);
 }
 
-// Points moved off the box's faces by the last place: from a face, a ray along it would miss the medium. No further: in
-// media of 10^5 free paths and more a last place is a part of one, and light that starts deeper is returned less.
+// Points in the box, whatever rounding did. On a face they stay there: in media of 10^5 free paths and more a last place
+// is a part of one, and light that starts deeper is returned less.
 INLINE struct Points points_in_box(__constant struct Scattering *method, struct Points p) {
-    float4 low = method->low + method->low * 0x1.1p-24f;
-    float4 high = method->high - method->high * 0x1.1p-24f;
+    float4 low = method->low;
+    float4 high = method->high;
     return points(clamp(p.x, low.x, high.x), clamp(p.y, low.y, high.y), clamp(p.z, low.z, high.z));
 }
 
@@ -115,7 +115,7 @@ INLINE struct Points points_in_box(__constant struct Scattering *method, struct 
 // times. `random`: for the first tentative collision.
 INLINE void start_rays(struct FlightLanes *f, struct RayLanes *ray, const struct MediumTables *m, struct Points origin,
     struct Points direction, Reals from, Reals to, Words random, Ints mask) {
-    struct RayLanes fresh = ray_lanes(origin, scaled_direction(m->volume, direction));
+    struct RayLanes fresh = ray_lanes(m->method, origin, scaled_direction(m->volume, direction));
     clip_rays(m->method, &fresh, &from, &to);
     *ray = pick_rays(*ray, fresh, mask);
     start_flights(f, ray, m, from, to, random, mask);

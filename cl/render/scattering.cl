@@ -87,7 +87,7 @@ INLINE void clear_sample(struct Sample *sums) {
 INLINE bool follow_paths(struct Sample *sums, struct Tally *tally, const struct MediumTables *m,
     const struct Surroundings *s, __constant struct Camera *camera, const int pixels[PIXELS], uint sample) {
     struct FlightLanes flight = resting_flights();
-    struct RayLanes ray = ray_lanes(points((Reals)(0.0f), (Reals)(0.0f), (Reals)(0.0f)),
+    struct RayLanes ray = ray_lanes(m->method, points((Reals)(0.0f), (Reals)(0.0f), (Reals)(0.0f)),
         points((Reals)(1.0f), (Reals)(1.0f), (Reals)(1.0f)));
     struct PathLanes path = idle_paths();
     uint paths = m->method->paths;

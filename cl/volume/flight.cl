@@ -27,18 +27,20 @@ struct RayLanes {
     struct Points ahead;     // 1 towards larger coordinates, else 0: kept as floats beside the plane times they enter
 };
 
-// Directions this close to an axis plane count as this far from it: 1 / direction stays finite, and over any box the
-// ray moves less than a rounding.
+// Directions this close to an axis plane count as this far from it, towards the middle of the box: 1 / direction stays
+// finite, over any box the ray moves less than a rounding, and from a face a ray along it stays in the medium.
 #define LEAST_STEP 1e-12f
 
-INLINE Reals off_zero(Reals d) {
-    return PICK(d, copysign((Reals)(LEAST_STEP), d), fabs(d) < LEAST_STEP);
+INLINE Reals off_zero(Reals d, Reals origin, float low, float high) {
+    return PICK(d, copysign((Reals)(LEAST_STEP), 0.5f * (low + high) - origin), fabs(d) < LEAST_STEP);
 }
 
-INLINE struct RayLanes ray_lanes(struct Points origin, struct Points direction) {
+INLINE struct RayLanes ray_lanes(__constant struct Scattering *method, struct Points origin, struct Points direction) {
     struct RayLanes ray;
     ray.origin = origin;
-    ray.direction = points(off_zero(direction.x), off_zero(direction.y), off_zero(direction.z));
+    ray.direction = points(off_zero(direction.x, origin.x, method->low.x, method->high.x),
+        off_zero(direction.y, origin.y, method->low.y, method->high.y),
+        off_zero(direction.z, origin.z, method->low.z, method->high.z));
     ray.inverse = points(1.0f / ray.direction.x, 1.0f / ray.direction.y, 1.0f / ray.direction.z);
     Reals zero = (Reals)(0.0f);
     Reals one = (Reals)(1.0f);

@@ -214,13 +214,13 @@ fn check_extinction(majorants: &Majorants, color: Option<[f64; 3]>, input: &Meth
 }
 
 /// What is said of media in which a rounding of coordinates is more than this part of a free path.
-const COARSE: f64 = 1e-3;
+const COARSE: f64 = 1e-2;
 /// The distance between neighbouring float32 numbers from 1 to 2.
 const ULP: f64 = 1.0 / (1 << 23) as f64;
 /// Where the low corner of the box is in grid coordinates (`occupied`).
 const GRID_LOW: f64 = 1.5;
 
-/// Paths that start on a face start a rounding below it, and return that much less.
+/// Collisions within half a rounding of a face count as on it, and so on below it.
 fn coarse(majorants: &Majorants, color: Option<[f64; 3]>, input: &MethodInput<'_>) -> Option<String> {
     let largest = color.map_or(1.0, |color| color.into_iter().fold(0.0, f64::max));
     let size = input.local.size().to_array();
@@ -231,8 +231,8 @@ fn coarse(majorants: &Majorants, color: Option<[f64; 3]>, input: &MethodInput<'_
     let share = f64::from(majorants.largest) * largest * rounding;
     (share > COARSE).then(|| {
         format!(
-            "coordinates round to {:.1} % of a free path: as much of the light that comes back from near the faces may be \
-             missing; lower `medium.sigma_max` (nothing shines through from some hundred free paths on)",
+            "coordinates round to {:.1} % of a free path: light that comes back from near the faces may be off by some \
+             of that; lower `medium.sigma_max` (nothing shines through from some hundred free paths on)",
             100.0 * share
         )
     })
