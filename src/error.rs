@@ -3,7 +3,7 @@
 /// Why a command ended without success.
 ///
 /// The text is what the user reads: it says where, what, and what would be right.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum Error {
     /// The input is wrong: arguments, scene or data. Exit code 2.
     #[error("{0}")]

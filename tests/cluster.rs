@@ -92,13 +92,13 @@ fn march(
             .collect();
         let mut fleet = Fleet::new(&exchanges[0], exchanges.len() as u32);
         let mut pictures = Vec::new();
-        let ended = fleet.muster(&Identity::of(&mine, None), &|| true).and_then(|()| {
+        let ended = fleet.muster(&Identity::of(&mine, None), &|_, _| true).and_then(|()| {
             let data = SceneData::load(&mine).unwrap();
             views.iter().try_for_each(|&view| {
                 fleet.begin(view)?;
                 let scene = mine.of_view(&mine.views[view]);
                 let plan = Plan::new(&scene, &data, BRICK_SHIFT).unwrap();
-                let (colleagues, notes) = fleet.devices(&data_hash(&plan, &data).unwrap(), &|| true)?;
+                let (colleagues, notes) = fleet.devices(&data_hash(&plan, &data).unwrap(), &|_, _| true)?;
                 assert_eq!((colleagues.len(), notes.len()), (exchanges.len() - 1, 0), "{notes:?}");
                 let team = Team { devices: (0..local_devices).map(|_| device()).collect(), colleagues };
                 pictures.push(render(&plan, team, 30));

@@ -56,7 +56,8 @@ fn assert_same(what: &str, found: &Picture, expected: &Picture) {
     let differing = found.film.iter().zip(&expected.film).filter(|(a, b)| a != b).count();
     assert_eq!(differing, 0, "{what}: pixels that differ");
     assert!(found.auxiliary == expected.auxiliary, "{what}: auxiliary images differ");
-    assert_eq!(found.photons.map(|p| p.passes), expected.photons.map(|p| p.passes), "{what}");
+    let counts = |p: PassLedger| (p.passes, p.flux.photons, p.flux.stored_photons, p.bounced.stored_photons);
+    assert_eq!(found.photons.map(counts), expected.photons.map(counts), "{what}");
     if let (Some(found), Some(expected)) = (found.paths, expected.paths) {
         assert_eq!(
             [found.paths, found.lookups, found.collisions, found.above_majorant, found.unfinished],

@@ -108,7 +108,7 @@ fn continued(case: &Case, first: &DeviceInfo, second: &DeviceInfo) -> Vec<FilmPi
     let snapshot = Snapshot::take(&session, &plan, &data, std::time::Duration::ZERO).unwrap();
     write_exr(&path, &snapshot.picture).unwrap();
     let saved = Saved::open(&path, &case.scene).unwrap().expect("the file is there");
-    assert!(saved.note(&[second.names()]).expect("a note").contains("was begun elsewhere"));
+    assert!(saved.origin().note(&[second.names()]).expect("a note").contains("was begun elsewhere"));
     let mut session = Session::new(Device::open(second).unwrap(), &plan).unwrap();
     session.restore(&saved.film(&plan, &data).unwrap()).unwrap();
     session.render(SAMPLES).unwrap();

@@ -56,7 +56,7 @@ fn watch(flag: &Arc<AtomicBool>) -> Result<(), ctrlc::Error> {
 /// A failure after an interrupt is the interrupt's: drivers give up builds and launches when a signal ends one of
 /// their system calls.
 pub fn or_interrupted(requested: &AtomicBool, error: Error) -> Error {
-    if !requested.load(Ordering::Relaxed) {
+    if !requested.load(Ordering::Relaxed) || matches!(error, Error::Interrupted) {
         return error;
     }
     say(&format!("interrupted; the device gave up: {error}"));

@@ -134,8 +134,8 @@ impl Summary<'_> {
                 "held": parts.held().map(|(part, held)| json!({
                     "part": part,
                     "samples": held.samples,
-                    // Of some pixels, where the part was interrupted.
-                    "one_more": held.more,
+                    // Of some pixels, where the part was interrupted or several devices were at it.
+                    "more": held.more,
                 })).collect::<Vec<_>>(),
                 "missing": parts.missing(),
             },

@@ -78,10 +78,13 @@ pub fn main() -> u8 {
             Ok(end) => end,
         },
         Err(error) => {
-            if speaks {
-                let _ = error.print();
-            }
-            (u8::from(error.use_stderr()) * 2).into()
+            let together = std::env::args_os().nth(1).is_some_and(|command| command == "render");
+            together.then(|| ranks::refuse(&process, &error)).flatten().unwrap_or_else(|| {
+                if speaks {
+                    let _ = error.print();
+                }
+                ranks::code_of(&error).into()
+            })
         }
     };
     if end.by_force {

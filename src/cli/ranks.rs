@@ -5,10 +5,10 @@ use super::render;
 use super::render_args::RenderArgs;
 use super::stderr::say;
 use super::{load_scene, places, report};
-use crate::Result;
 use crate::cluster::{Fleet, Process, Rank, serve};
 use crate::device::Catalog;
 use crate::post::Exchange;
+use crate::{Error, Result};
 use std::time::Duration;
 
 /// How long a process that is told of the end may take to say that it knows.
@@ -39,17 +39,48 @@ pub fn run(arguments: &RenderArgs, process: &Process) -> Result<End> {
         return render::run(arguments, place, None).map(|()| End::from(0));
     };
     if place.rank > 0 {
-        return follow(arguments, process, exchange).map(End::from);
+        return Ok(followed(follow(arguments, process, exchange)));
     }
     let mut fleet = Fleet::new(exchange, place.size);
-    // Nobody may leave before all know that it is over, and why is said once.
     let code = report(render::run(arguments, place, Some(&mut fleet)));
+    Ok(end(fleet, code))
+}
+
+/// What becomes of a process that renders with others, but cannot read its arguments; `None` where there are no others.
+pub fn refuse(process: &Process, error: &clap::Error) -> Option<End> {
+    let exchange = process.exchange()?;
+    let place = process.place();
+    if place.rank == 0 {
+        let _ = error.print();
+        return Some(end(Fleet::new(exchange, place.size), code_of(error)));
+    }
+    // Those whose arguments are right learn it from rank 0.
+    let what = || Error::Input(error.to_string().trim_end().to_owned());
+    let rank = Rank { host: host(), scene: Err(what()), part: None, devices: Err(what()) };
+    Some(followed(serve(exchange, &rank)))
+}
+
+/// The exit code of a command line that is not run.
+pub fn code_of(error: &clap::Error) -> u8 {
+    u8::from(error.use_stderr()) * 2
+}
+
+/// Nobody may leave before all know that it is over, and why is said once.
+fn end(fleet: Fleet<'_>, code: u8) -> End {
     let silent = fleet.end(code, PATIENCE);
     if !silent.is_empty() {
         let names = silent.join(", ");
         say(&format!("warning: no answer from {names}: all processes are ended by force"));
     }
-    Ok(End { code, by_force: !silent.is_empty() })
+    End { code, by_force: !silent.is_empty() }
+}
+
+/// The end of a process that worked for rank 0: that would wait for one that leaves untold.
+fn followed(code: Result<u8>) -> End {
+    match code {
+        Ok(code) => End::from(code),
+        Err(error) => End { code: report(Err(error)), by_force: true },
+    }
 }
 
 /// Works for rank 0; its exit code.

@@ -12,20 +12,21 @@ use super::watcher::Watcher;
 use super::{load_scene, outlive_file_size_limit, pretty, print_line};
 use crate::cluster::{Fleet, Identity, Place};
 use crate::crew::{Crew, Team};
-use crate::device::{Catalog, Device, DeviceInfo};
+use crate::device::{Catalog, Device, DeviceInfo, DeviceName};
 use crate::irradiance::LightData;
 use crate::picture::{check_writable, remove_leftovers};
 use crate::render::{
-    BRICK_SHIFT, Ended, Observer, Plan, Rendering, Saved, SceneData, Session, Spent, data_hash, method_name,
-    preview_tonemap, run as run_progressive,
+    BRICK_SHIFT, Ended, Observer, Origin, Plan, Rendering, Saved, SceneData, Session, Spent, data_hash,
+    method_name, preview_tonemap, run as run_progressive,
 };
 use crate::scene::{Method, Scene, Stop};
 use crate::{Error, Result};
 use serde_json::{Value, json};
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Renders the scene's views.
 ///
@@ -58,7 +59,7 @@ pub fn run(arguments: &RenderArgs, place: &Place, mut fleet: Option<&mut Fleet<'
         (infos, None) => (infos?, None),
         (infos, Some(fleet)) => {
             let identity = Identity::of(&scene, arguments.part);
-            fleet.muster(&identity, &|| !interrupt.load(Ordering::Relaxed)).map_err(unbegun)?;
+            fleet.muster(&identity, &patience(&interrupt, arguments.quiet)).map_err(unbegun)?;
             fleet.begin(0)?;
             // Others may have devices where this machine has none.
             infos.map_or_else(|error| (Vec::new(), Some(error)), |infos| (infos, None))
@@ -145,14 +146,9 @@ impl<'e> Job<'_, 'e> {
         let plan = Plan::new(scene, self.data, BRICK_SHIFT)?.of_part(arguments.part)?;
         let data_hash = data_hash(&plan, self.data)?;
         let film = saved.as_ref().map(|saved| saved.film(&plan, &data_hash)).transpose()?;
-        if !arguments.quiet {
-            let resumed = saved.as_ref().and_then(|saved| {
-                saved.note(&self.infos.iter().map(|info| info.names()).collect::<Vec<_>>())
-            });
-            let notes = plan.notes.iter().skip(self.said).chain(&resumed);
-            notes.for_each(|note| say(&format!("note: {note}")));
-            self.said = plan.notes.len();
-        }
+        plan.notes.iter().skip(self.said).for_each(|note| self.note(note));
+        self.said = plan.notes.len();
+        let origin = saved.as_ref().map(Saved::origin);
         let light = self.given_light(&plan, &data_hash)?;
         if let Some(saved) = &saved {
             saved.check_light(light.map(LightData::hash).as_deref())?;
@@ -161,6 +157,7 @@ impl<'e> Job<'_, 'e> {
         drop(saved);
         let task = Task { plan: &plan, data_hash: &data_hash, output, start };
         if let ([info], None) = (&*self.infos, &self.fleet) {
+            self.note_origin(origin.as_ref(), &[info.names()]);
             let session =
                 Device::open(info).and_then(|device| Session::lit(device, &plan, self.light.as_ref()));
             let mut session = session.map_err(|error| or_interrupted(&self.interrupt, error))?;
@@ -172,6 +169,7 @@ impl<'e> Job<'_, 'e> {
         }
         let spent = film.as_ref().map(|film| film.spent);
         let team = self.team(&data_hash)?;
+        self.note_origin(origin.as_ref(), &team.names());
         let light = self.light.clone();
         let ended = std::thread::scope(|scope| {
             let mut crew = Crew::start(scope, &plan, team, light.as_ref(), film)?;
@@ -182,7 +180,7 @@ impl<'e> Job<'_, 'e> {
     }
 
     /// Those that work together: the devices that can be opened, and those of other processes.
-    fn team<'s>(&mut self, data_hash: &str) -> Result<Team<'s>>
+    fn team<'s>(&self, data_hash: &str) -> Result<Team<'s>>
     where
         'e: 's,
     {
@@ -190,23 +188,29 @@ impl<'e> Job<'_, 'e> {
         let mut notes: Vec<String> = refusals.iter().map(|refusal| format!("left out: {refusal}")).collect();
         let mut colleagues = Vec::new();
         if let Some(fleet) = &self.fleet {
-            let go_on = || !self.interrupt.load(Ordering::Relaxed);
+            let go_on = patience(&self.interrupt, self.arguments.quiet);
             let (theirs, remarks) = fleet.devices(data_hash, &go_on).map_err(unbegun)?;
             colleagues = theirs;
             notes.extend(remarks);
         }
-        if let Some(error) = self.lack.take() {
-            if colleagues.is_empty() {
-                return Err(error);
-            }
-            notes.push(format!("rank 0 takes no part: {error}"));
-        } else if devices.is_empty() && colleagues.is_empty() {
-            return Err(Error::Failed(refusals.join("; ")));
-        }
-        if !self.arguments.quiet {
-            notes.iter().for_each(|note| say(&format!("note: {note}")));
+        let lack = self.lack.as_ref().filter(|_| !colleagues.is_empty());
+        notes.extend(lack.map(|error| format!("rank 0 takes no part: {error}")));
+        notes.iter().for_each(|note| self.note(note));
+        if devices.is_empty() && colleagues.is_empty() {
+            return Err(self.lack.clone().unwrap_or_else(|| Error::Failed(refusals.join("; "))));
         }
         Ok(Team { devices, colleagues })
+    }
+
+    /// Says where the image that is resumed was begun, if that matters.
+    fn note_origin(&self, origin: Option<&Origin>, devices: &[DeviceName]) {
+        origin.and_then(|origin| origin.note(devices)).iter().for_each(|note| self.note(note));
+    }
+
+    fn note(&self, text: &str) {
+        if !self.arguments.quiet {
+            say(&format!("note: {text}"));
+        }
     }
 
     /// Renders to the end, writes the pictures and says so.
@@ -233,17 +237,34 @@ impl<'e> Job<'_, 'e> {
         watcher.view.finish();
         // Of what was lost with the last samples, too.
         session.take_notes().iter().for_each(|note| watcher.note(note));
-        let ended = ended.map_err(|error| or_interrupted(&self.interrupt, error))?;
-        if ended == Ended::Interrupted && session.progress().samples == 0 {
-            // A picture with holes must not replace an older one.
+        let added = session.progress().samples != begun.samples || session.progress().tiles != begun.tiles;
+        let ended = ended.map_err(|error| or_interrupted(&self.interrupt, error));
+        // A picture with holes must not replace an older one.
+        let has_holes = session.progress().samples == 0;
+        if let Err(Error::Failed(why)) = &ended
+            && session.outlives_devices()
+            && added
+            && !has_holes
+        {
+            let kept = match watcher.finish(session, added) {
+                Ok(_) => format!("the image so far is in {}", output.display()),
+                Err(error) => error.to_string(),
+            };
+            return Err(Error::Failed(format!("{why}; {kept}")));
+        }
+        let ended = ended?;
+        if ended == Ended::Interrupted && has_holes {
             return Err(unbegun(Error::Interrupted));
         }
-        let added = session.progress().samples != begun.samples || session.progress().tiles != begun.tiles;
         let snapshot = watcher.finish(session, added);
         // Further pictures need it, whatever has become of this one.
         let kept = self.keep_light(session, plan, data_hash);
         let snapshot = snapshot?;
-        kept?;
+        // An interrupt takes nothing from the picture.
+        let kept = match kept {
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            other => Ok(other?),
+        };
         let summary = Summary {
             scene: &arguments.scene,
             output,
@@ -267,7 +288,7 @@ impl<'e> Job<'_, 'e> {
             printed = summary.print(arguments.quiet);
         }
         // After the end of the terminal, stdout takes nothing: the interrupt is the reason then.
-        summary.outcome().and(printed)
+        summary.outcome().and(printed).and(kept)
     }
 
     /// Reads the light volume that is to be taken from a file, if that is asked for.
@@ -287,12 +308,21 @@ impl<'e> Job<'_, 'e> {
         }
         if self.arguments.save_light.is_some() {
             // A picture that was finished before has not asked for it.
-            session.compute_light().map_err(|error| or_interrupted(&self.interrupt, error))?;
+            let go_on = || !self.interrupt.load(Ordering::Relaxed);
+            let computed =
+                session.compute_light(&go_on).map_err(|error| or_interrupted(&self.interrupt, error));
+            if matches!(computed, Err(Error::Interrupted)) {
+                say("interrupted before the light volume was computed; it was not written");
+            }
+            computed?;
         }
         self.light = session.light()?;
         match (&self.arguments.save_light, &self.light) {
             (Some(path), Some(light)) => light.write(path, plan, data_hash),
-            _ => Ok(()),
+            (Some(path), None) => {
+                Err(Error::Failed(format!("{}: there is no light volume to write", path.display())))
+            }
+            (None, _) => Ok(()),
         }
     }
 
@@ -348,6 +378,19 @@ fn saved(arguments: &RenderArgs, output: &Path, scene: &Scene) -> Result<Option<
         say(&format!("note: there is no {} to resume: the render starts anew", output.display()));
     }
     Ok(saved)
+}
+
+/// Waits for other processes until an interrupt comes, and says so once where it takes long.
+fn patience(interrupt: &AtomicBool, quiet: bool) -> impl Fn(&str, Duration) -> bool {
+    const LONG: Duration = Duration::from_secs(10);
+    let said = RefCell::new(String::new());
+    move |rank, waited| {
+        if !quiet && waited > LONG && *said.borrow() != rank {
+            say(&format!("note: still waiting for {rank}"));
+            said.replace(rank.to_owned());
+        }
+        !interrupt.load(Ordering::Relaxed)
+    }
 }
 
 /// Says that an interrupt has come before there was a picture.

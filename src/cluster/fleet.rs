@@ -12,6 +12,9 @@ const GLANCE: Duration = Duration::from_millis(20);
 /// Ports of a view: more than any machine has devices.
 const PORTS: u64 = 1 << 16;
 
+/// Whether to go on waiting for a process, by its name in messages and the time that has passed.
+pub type GoOn<'a> = dyn Fn(&str, Duration) -> bool + 'a;
+
 /// The other processes.
 pub struct Fleet<'e> {
     exchange: &'e Exchange,
@@ -39,9 +42,10 @@ impl Member<'_> {
     }
 
     /// Its next report; waits for it as long as `go_on` says so.
-    fn report(&self, go_on: &dyn Fn() -> bool) -> Result<Report> {
+    fn report(&self, go_on: &GoOn<'_>) -> Result<Report> {
+        let begun = Instant::now();
         loop {
-            if !go_on() {
+            if !go_on(&self.name(), begun.elapsed()) {
                 return Err(Error::Interrupted);
             }
             if let Some(bytes) = self.line.receive(GLANCE)? {
@@ -74,13 +78,15 @@ impl<'e> Fleet<'e> {
     ///
     /// # Errors
     /// [`Error::Input`] when one has none, or another, or is another program; [`Error::Interrupted`].
-    pub fn muster(&mut self, mine: &Identity, go_on: &dyn Fn() -> bool) -> Result<()> {
+    pub fn muster(&mut self, mine: &Identity, go_on: &GoOn<'_>) -> Result<()> {
         for rank in &mut self.ranks {
             let Report::Hello(Hello { host, scene }) = rank.report(go_on)? else {
                 return Err(disorder(rank));
             };
             rank.host = host;
-            let theirs = scene.map_err(|what| Error::Input(format!("{}: {what}", rank.name())))?;
+            let theirs = scene.map_err(|what| {
+                Error::Input(format!("{}: {}", rank.name(), what.strip_prefix("error: ").unwrap_or(&what)))
+            })?;
             if let Some((what, here, there)) = mine.difference(&theirs) {
                 return Err(Error::Input(format!(
                     "{} does not render the same as rank 0: its {what} is {there}, that of rank 0 {here}; all processes \
@@ -109,11 +115,7 @@ impl<'e> Fleet<'e> {
     ///
     /// # Errors
     /// [`Error::Input`] when one has other data or none; [`Error::Interrupted`].
-    pub fn devices(
-        &self,
-        data_hash: &str,
-        go_on: &dyn Fn() -> bool,
-    ) -> Result<(Vec<Colleague<'e>>, Vec<String>)> {
+    pub fn devices(&self, data_hash: &str, go_on: &GoOn<'_>) -> Result<(Vec<Colleague<'e>>, Vec<String>)> {
         let (mut colleagues, mut notes) = (Vec::new(), Vec::new());
         for rank in &self.ranks {
             let Report::Ready(Ready { data, devices, remarks }) = rank.report(go_on)? else {
@@ -152,7 +154,7 @@ impl<'e> Fleet<'e> {
             // That letters are no longer carried shows below.
             let _ = rank.tell(&Order::End { code });
         }
-        let in_time = || Instant::now() < deadline;
+        let in_time = |_: &str, _| Instant::now() < deadline;
         let is_silent = |rank: &&Member<'_>| loop {
             match rank.report(&in_time) {
                 Ok(Report::Bye) => return false,

@@ -61,6 +61,14 @@ impl From<Vec<Device>> for Team<'_> {
     }
 }
 
+impl Team<'_> {
+    /// The devices, those of this process first.
+    pub fn names(&self) -> Vec<DeviceName> {
+        let here = self.devices.iter().map(|device| device.info().names());
+        here.chain(self.colleagues.iter().map(|colleague| colleague.name.clone())).collect()
+    }
+}
+
 /// Works with `device` for the crew at the other end of `line`, which has the same plan, until that has no more work, the
 /// device fails, or `closing` is set.
 pub fn join(line: Line<'_>, plan: &Plan<'_>, device: Device, closing: Arc<AtomicBool>) {
@@ -193,12 +201,20 @@ impl Rendering for Crew<'_> {
         Ok(self.shared.light().map(|data| (*data).clone()))
     }
 
-    fn compute_light(&mut self) -> Result<()> {
-        while self.shared.progress().light < 1.0 {
+    fn compute_light(&mut self, go_on: &dyn Fn() -> bool) -> Result<()> {
+        while !self.shared.is_light_settled() {
+            if !go_on() {
+                return Err(Error::Interrupted);
+            }
             self.shared.wait(PATIENCE)?;
         }
         self.refresh();
         Ok(())
+    }
+
+    /// The film is the host's, and only whole shares come to it.
+    fn outlives_devices(&self) -> bool {
+        true
     }
 
     fn shifts(&self) -> Vec<Shift> {

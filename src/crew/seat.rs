@@ -85,19 +85,24 @@ impl Desk for Seat<'_> {
                 Light::None => return Ok(Some(LightOrder::None)),
                 Light::Done(data) => return Ok(Some(LightOrder::Given(Arc::clone(data)))),
                 // It would have to come here first.
-                Light::Wanted if !(self.away && state.is_anybody_here()) => {
-                    state.light = Light::Computing(self.me, 0.0);
+                light if light.waits() && !(self.away && state.is_anybody_here()) => {
+                    state.light = Light::Computing(self.me, 0.0, Instant::now());
                     return Ok(Some(LightOrder::Compute));
                 }
                 Light::Wanted | Light::Computing(..) => {
-                    state = self.shared.work.wait(state).unwrap_or_else(PoisonError::into_inner);
+                    let waited = self.shared.work.wait_timeout(state, LONG);
+                    state = waited.unwrap_or_else(PoisonError::into_inner).0;
                 }
             }
         }
     }
 
     fn light_progress(&self, share: f32) -> Result<()> {
-        self.shared.lock().light = Light::Computing(self.me, share);
+        let mut state = self.shared.lock();
+        // Who stood still may go on when another one has begun, or is done.
+        if matches!(state.light, Light::Computing(who, ..) if who == self.me) {
+            state.light = Light::Computing(self.me, share, Instant::now());
+        }
         self.shared.news.notify_all();
         Ok(())
     }
@@ -111,6 +116,10 @@ impl Desk for Seat<'_> {
     ) -> Result<()> {
         let hash = data.hash();
         let mut state = self.shared.lock();
+        if state.light.is_settled() {
+            // Another one was first.
+            return Ok(());
+        }
         state.light = Light::Done(Arc::new(data));
         state.known.light_facts = facts;
         state.known.light_hash = Some(hash);
@@ -219,7 +228,8 @@ impl Desk for Seat<'_> {
         queue.added_one();
         let passes = queue.added();
         state.film = film;
-        if let Some(ledger) = &mut state.photons {
+        // A render that was stopped within a sample may know its photons.
+        if let Some(ledger) = state.photons.as_mut().filter(|ledger| ledger.passes < passes) {
             ledger.flux = ledger.flux.plus(&sample.photons.flux);
             ledger.bounced = ledger.bounced.plus(&sample.photons.bounced);
             ledger.passes = passes;
@@ -244,7 +254,7 @@ impl Desk for Seat<'_> {
             (Work::Passes(queue), Held::Pass(sample)) => queue.release(sample, self.me),
             _ => {}
         }
-        if matches!(state.light, Light::Computing(who, _) if who == self.me) {
+        if matches!(state.light, Light::Computing(who, ..) if who == self.me) {
             state.light = Light::Wanted;
         }
         if !matches!(error, Error::Interrupted) {

@@ -115,14 +115,13 @@ impl Shared<'_> {
     /// [`Error::Failed`] when no member is left.
     pub fn wait(&self, patience: Duration) -> Result<()> {
         let state = self.lock();
-        let at_goal =
-            state.progress().samples >= state.goal && matches!(state.light, Light::None | Light::Done(_));
+        let at_goal = state.progress().samples >= state.goal && state.light.is_settled();
         let state = if at_goal {
             state
         } else {
             self.news.wait_timeout(state, patience).unwrap_or_else(PoisonError::into_inner).0
         };
-        let lost = |member: &Member| Some(format!("{}: {}", member.name, member.lost.as_ref()?));
+        let lost = |member: &Member| Some(format!("{}: {}", member.selector, member.lost.as_ref()?));
         match state.members.iter().map(lost).collect::<Option<Vec<String>>>() {
             Some(reasons) => {
                 Err(Error::Failed(format!("no device is left that works: {}", reasons.join("; "))))
@@ -162,6 +161,11 @@ impl Shared<'_> {
             Light::Done(data) => Some(Arc::clone(data)),
             _ => None,
         }
+    }
+
+    /// Whether nobody has to compute light any more.
+    pub fn is_light_settled(&self) -> bool {
+        self.lock().light.is_settled()
     }
 
     pub fn take_notes(&self) -> Vec<String> {

@@ -14,9 +14,28 @@ pub(super) enum Light {
     None,
     /// Nobody computes it yet.
     Wanted,
-    /// A member does, and has come so far.
-    Computing(usize, f32),
+    /// A member does, has come so far, and said so then.
+    Computing(usize, f32, Instant),
     Done(Arc<LightData>),
+}
+
+/// Who has not moved on with the light for so long stands still: another one computes it from the beginning.
+const STANDSTILL: Duration = Duration::from_secs(60);
+
+impl Light {
+    /// Whether nobody has to compute it any more.
+    pub fn is_settled(&self) -> bool {
+        matches!(self, Self::None | Self::Done(_))
+    }
+
+    /// Whether somebody has to begin.
+    pub fn waits(&self) -> bool {
+        match self {
+            Self::Wanted => true,
+            Self::Computing(_, _, then) => then.elapsed() > STANDSTILL,
+            Self::None | Self::Done(_) => false,
+        }
+    }
 }
 
 pub(super) enum Work {
@@ -94,7 +113,7 @@ impl State {
         };
         let light = match self.light {
             Light::None | Light::Done(_) => 1.0,
-            Light::Computing(_, share) => share,
+            Light::Computing(_, share, _) => share,
             Light::Wanted => 0.0,
         };
         Progress { samples, tiles, launches: self.launches, device_time: self.device_time, light }

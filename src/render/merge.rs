@@ -189,8 +189,8 @@ impl Sums {
     }
 }
 
-/// Checks that the pixels have as many samples as the header says, and finds out whether some of a single part have one
-/// more.
+/// Checks that the pixels have as many samples as the header says, and finds out how many more some of a single part
+/// have.
 fn check_counts(pixels: &[FilmPixel], header: &mut Header) -> Result<(), String> {
     let parts = &mut header.parts;
     let right = if header.is_merged {
@@ -198,17 +198,10 @@ fn check_counts(pixels: &[FilmPixel], header: &mut Header) -> Result<(), String>
         let (least, most) = attempts.fold((u64::MAX, 0), |(least, most), n| (least.min(n), most.max(n)));
         least >= parts.samples() && most <= parts.most_samples()
     } else {
-        let Standing { samples, tiles, lag } = Standing::of(pixels, header.size.0 as u32)
+        let standing = Standing::of(pixels, header.size.0 as u32)
             .ok_or("the sample counts of its pixels are none that a render stops at")?;
-        if !lag.is_empty() {
-            return Err(
-                "it was stopped while several devices rendered it, and its pixels differ in samples: \
-                        go on with it with --resume before it is merged"
-                    .into(),
-            );
-        }
-        parts.set_more(tiles > 0);
-        u64::from(samples) == parts.samples()
+        parts.set_more(standing.most - standing.samples);
+        u64::from(standing.samples) == parts.samples()
     };
     if right { Ok(()) } else { Err("svetlo.samples in its header is not what its pixels have".into()) }
 }

@@ -56,7 +56,7 @@ pub use plan::{BRICK_SHIFT, Plan};
 pub use planned_volume::PlannedVolume;
 pub use progressive::{Ended, Observer, Status, run};
 pub use rendering::{Facts, Rendering, Shift, of_devices};
-pub use resume::{Saved, SavedFilm, Spent};
+pub use resume::{Origin, Saved, SavedFilm, Spent};
 pub use rows::{Rows, extent_of_rows};
 pub use session::{Progress, Session};
 pub use share::Share;

@@ -9,14 +9,14 @@ use std::fmt;
 pub struct Held {
     /// Samples that every pixel has.
     pub samples: u32,
-    /// Whether some pixels have one more: the part was interrupted.
-    pub more: bool,
+    /// How many more some pixels have at most: the part was interrupted, or several devices were at it.
+    pub more: u32,
 }
 
 /// Parts of one picture that an image holds: one as rendered, or several merged.
 ///
 /// In the header a part as rendered is `2/8`, merged ones are `1,2,5/8: 16,16,12+`: parts, of how many, and the samples
-/// of each, with `+` where some pixels have one more.
+/// of each, with `+` where some pixels have one more, `+3` where some have up to three more.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parts {
     of: u32,
@@ -40,7 +40,7 @@ impl Parts {
 
     fn parse(text: &str, samples: u32) -> Option<Self> {
         let Some((parts, counts)) = text.split_once(": ") else {
-            return Some(Self::one(text.parse().ok()?, Held { samples, more: false }));
+            return Some(Self::one(text.parse().ok()?, Held { samples, more: 0 }));
         };
         let (numbers, of) = parts.split_once('/')?;
         let mut held = BTreeMap::new();
@@ -48,8 +48,12 @@ impl Parts {
         for number in numbers.split(',') {
             let share: Share = format!("{number}/{of}").parse().ok()?;
             let count = counts.next()?;
-            let whole = count.strip_suffix('+');
-            let one = Held { samples: whole.unwrap_or(count).parse().ok()?, more: whole.is_some() };
+            let (whole, more) = match count.split_once('+') {
+                None => (count, 0),
+                Some((whole, "")) => (whole, 1),
+                Some((whole, more)) => (whole, more.parse().ok()?),
+            };
+            let one = Held { samples: whole.parse().ok()?, more };
             if held.insert(share.number(), one).is_some() {
                 return None;
             }
@@ -58,8 +62,8 @@ impl Parts {
         (counts.next().is_none() && all.samples() == u64::from(samples)).then_some(all)
     }
 
-    /// Says whether some pixels have one sample more of a single part.
-    pub(super) fn set_more(&mut self, more: bool) {
+    /// Says how many samples more some pixels have of a single part.
+    pub(super) fn set_more(&mut self, more: u32) {
         self.held.values_mut().for_each(|held| held.more = more);
     }
 
@@ -120,7 +124,7 @@ impl Parts {
         let samples = self.samples();
         self.held.len() == self.of as usize
             && self.held().all(|(number, held)| {
-                !held.more
+                held.more == 0
                     && Share::new(number, self.of).is_some_and(|share| share.count(samples) == held.samples)
             })
     }
@@ -129,7 +133,11 @@ impl Parts {
 impl fmt::Display for Parts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let numbers: Vec<String> = self.held.keys().map(u32::to_string).collect();
-        let count = |held: &Held| format!("{}{}", held.samples, if held.more { "+" } else { "" });
+        let count = |held: &Held| match held.more {
+            0 => held.samples.to_string(),
+            1 => format!("{}+", held.samples),
+            more => format!("{}+{more}", held.samples),
+        };
         let counts: Vec<String> = self.held.values().map(count).collect();
         write!(f, "{}/{}: {}", numbers.join(","), self.of, counts.join(","))
     }
@@ -180,7 +188,9 @@ mod tests {
 
     #[test]
     fn headers_come_back_as_they_were() {
-        for (text, samples) in [("1,3/4: 16,12+", 28), ("2/4: 5", 5), ("1,2/2: 0+,0", 0)] {
+        for (text, samples) in
+            [("1,3/4: 16,12+", 28), ("2/4: 5", 5), ("1,2/2: 0+,0", 0), ("1,2/2: 9+7,8", 17)]
+        {
             assert_eq!(read(text, samples).to_string(), text);
         }
         let one = read("3/4", 7);
@@ -196,6 +206,8 @@ mod tests {
             "2",
             "1,2/4: 8,7",
             "1,2/4: 8+8",
+            "1,2/4: 8+a,8",
+            "1,2/4: 8++,8",
             "1,/4: 8,8",
         ] {
             let refused = Parts::read(text, 16).unwrap_err();
@@ -222,6 +234,7 @@ mod tests {
         all.add(&other);
         assert_eq!(all.to_string(), "1,3,4/4: 16,12+,2");
         assert_eq!((all.samples(), all.most_samples(), all.first()), (30, 31, 1));
+        assert_eq!(read("1,2/2: 9+7,8+", 17).most_samples(), 25);
         assert_eq!((all.missing(), all.common(&read("2,3/4: 1,1", 2))), (vec![2], Some(3)));
     }
 

@@ -50,11 +50,16 @@ pub trait Rendering {
     /// [`crate::Error::Failed`] when the device fails.
     fn light(&self) -> Result<Option<LightData>>;
 
-    /// Computes the light volume, if there is one to compute and it is not done.
+    /// Computes the light volume, if there is one to compute and it is not done, as long as `go_on` says so.
     ///
     /// # Errors
-    /// As [`Rendering::step`].
-    fn compute_light(&mut self) -> Result<()>;
+    /// As [`Rendering::step`], and [`crate::Error::Interrupted`].
+    fn compute_light(&mut self, go_on: &dyn Fn() -> bool) -> Result<()>;
+
+    /// Whether what was added is still whole after a device has failed.
+    fn outlives_devices(&self) -> bool {
+        false
+    }
 
     /// What each device has done, where there are several.
     fn shifts(&self) -> Vec<Shift> {
@@ -140,8 +145,8 @@ impl Rendering for Session {
         Self::light(self)
     }
 
-    fn compute_light(&mut self) -> Result<()> {
-        Self::compute_light(self)
+    fn compute_light(&mut self, go_on: &dyn Fn() -> bool) -> Result<()> {
+        Self::compute_light(self, go_on)
     }
 
     fn facts(&self) -> Facts<'_> {

@@ -38,6 +38,41 @@ pub struct Saved {
     picture: Picture,
 }
 
+/// Where and by what an image was computed.
+pub struct Origin {
+    path: PathBuf,
+    /// Keys of the header and what it has there.
+    texts: [(&'static str, String); 4],
+    is_merged: bool,
+}
+
+impl Origin {
+    /// What the user should know before `devices` continue the render: what else differs decides bits.
+    pub fn note(&self, devices: &[DeviceName]) -> Option<String> {
+        let path = self.path.display();
+        if self.is_merged {
+            return Some(format!(
+                "{path} was merged of parts: its sums are rounded otherwise than those of a picture that was rendered at once"
+            ));
+        }
+        let now = [
+            env!("CARGO_PKG_VERSION").to_owned(),
+            of_devices(devices, |device| &device.name),
+            of_devices(devices, |device| &device.platform),
+            of_devices(devices, |device| &device.driver),
+        ];
+        let pairs = self.texts.iter().zip(now).filter(|((_, then), now)| then != now);
+        let changes: Vec<String> =
+            pairs.map(|((key, then), now)| format!("{key} {then}, now {now}")).collect();
+        (!changes.is_empty()).then(|| {
+            format!(
+                "{path} was begun elsewhere ({}): what this run adds may differ by rounding from what that one would add",
+                changes.join("; ")
+            )
+        })
+    }
+}
+
 /// A film and how it came to be.
 pub struct SavedFilm {
     /// The pixels, row by row from the top.
@@ -110,32 +145,12 @@ impl Saved {
         }
     }
 
-    /// What the user should know before `devices` continue the render: what else differs decides bits.
-    pub fn note(&self, devices: &[DeviceName]) -> Option<String> {
-        let now = [
-            ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("device", of_devices(devices, |device| &device.name)),
-            ("platform", of_devices(devices, |device| &device.platform)),
-            ("driver", of_devices(devices, |device| &device.driver)),
-        ];
-        let changed = |(key, now): &(&str, String)| {
-            let then = self.text(key).unwrap_or("unknown");
-            (then != *now).then(|| format!("{key} {then}, now {now}"))
-        };
-        if self.text("part").is_some_and(|part| part.contains(':')) {
-            return Some(format!(
-                "{} was merged of parts: its sums are rounded otherwise than those of a picture that was rendered at once",
-                self.path.display()
-            ));
-        }
-        let changes: Vec<String> = now.iter().filter_map(changed).collect();
-        (!changes.is_empty()).then(|| {
-            format!(
-                "{} was begun elsewhere ({}): what this run adds may differ by rounding from what that one would add",
-                self.path.display(),
-                changes.join("; ")
-            )
-        })
+    /// Where it was computed.
+    pub fn origin(&self) -> Origin {
+        let texts = ["version", "device", "platform", "driver"]
+            .map(|key| (key, self.text(key).unwrap_or("unknown").to_owned()));
+        let is_merged = self.text("part").is_some_and(|part| part.contains(':'));
+        Origin { path: self.path.clone(), texts, is_merged }
     }
 
     fn refusal(&self, what: &str) -> Error {
@@ -240,7 +255,7 @@ impl Saved {
             ));
         }
         let Kept { pixels, auxiliary, .. } = kept::read(&self.picture, units(plan), has_auxiliary)?;
-        let Standing { samples, tiles, lag } = Standing::of(&pixels, plan.scene.image.width)
+        let Standing { samples, tiles, lag, .. } = Standing::of(&pixels, plan.scene.image.width)
             .ok_or("the sample counts of its pixels are none that a render stops at")?;
         let progress = Progress {
             samples,

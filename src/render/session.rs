@@ -224,12 +224,15 @@ impl Session {
         self.light.from_file
     }
 
-    /// Computes the light volume, if there is one to compute and it is not done.
+    /// Computes the light volume, if there is one to compute and it is not done, as long as `go_on` says so.
     ///
     /// # Errors
     /// [`Error::Failed`] when the device fails, [`Error::Interrupted`] after an interrupt.
-    pub fn compute_light(&mut self) -> Result<()> {
+    pub fn compute_light(&mut self, go_on: &dyn Fn() -> bool) -> Result<()> {
         while self.light.is_wanted() {
+            if !go_on() {
+                return Err(Error::Interrupted);
+            }
             self.step_light()?;
         }
         Ok(())

@@ -39,7 +39,9 @@ impl Lag {
 pub(super) struct Standing {
     /// Samples that every pixel has had.
     pub samples: u32,
-    /// Tiles that have had more.
+    /// The most that a pixel has had.
+    pub most: u32,
+    /// Tiles that have had more than every pixel.
     pub tiles: u32,
     /// Those that have had fewer than some, unless the first ones have one more and all others none: then there is
     /// nothing to catch up with.
@@ -55,7 +57,7 @@ impl Standing {
         let tiles = counts.iter().filter(|&&count| count > samples).count();
         let first_ones = goal == samples + 1 && counts[..tiles].iter().all(|&count| count == goal);
         let lag = if goal == samples || first_ones { Vec::new() } else { lags(&counts, goal) };
-        Some(Self { samples, tiles: u32::try_from(tiles).ok()?, lag })
+        Some(Self { samples, most: goal, tiles: u32::try_from(tiles).ok()?, lag })
     }
 }
 
@@ -108,7 +110,8 @@ mod tests {
     fn counts_tell_samples_and_tiles() {
         for tiles in 0..6 {
             let found = Standing::of(&by_tile(std::array::from_fn(|tile| 7 + u32::from(tile < tiles))), 19);
-            assert_eq!(found, Some(Standing { samples: 7, tiles: tiles as u32, lag: Vec::new() }));
+            let most = if tiles > 0 { 8 } else { 7 };
+            assert_eq!(found, Some(Standing { samples: 7, most, tiles: tiles as u32, lag: Vec::new() }));
         }
     }
 
@@ -116,7 +119,7 @@ mod tests {
     fn rejected_samples_were_tried_too() {
         let mut film = film(|_, _| 5);
         (film[30].count, film[30].rejected) = (3, 2);
-        assert_eq!(Standing::of(&film, 19), Some(Standing { samples: 5, ..Standing::default() }));
+        assert_eq!(Standing::of(&film, 19), Some(Standing { samples: 5, most: 5, ..Standing::default() }));
     }
 
     #[test]

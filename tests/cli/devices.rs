@@ -3,7 +3,7 @@
 //! PoCL offers as many devices as `POCL_DEVICES` lists. Other runtimes have one here, and the tests that need two are
 //! for PoCL.
 
-use crate::support::{Folder, Ran, run};
+use crate::support::{Folder, Ran, more_samples, run};
 use svetlo::picture::Picture;
 
 /// Runs with `devices` of PoCL; `None` where the devices are not PoCL's.
@@ -88,4 +88,66 @@ fn devices_are_named_once() {
     ran.fails_with(2, "which another --device names already");
     let ran = folder.run(&["render", "scene.toml", "--device", "0:0", "--device", "all:nothing"]);
     ran.fails_with(2, "no OpenCL device matches 'nothing'; there are:");
+}
+
+#[test]
+fn what_was_added_outlives_the_last_device() {
+    let folder = Folder::new();
+    // Nobody comes to the end of it.
+    let arguments = [&ARGUMENTS[..7], &["10000000", "--snapshot", "1h"]].concat();
+    let Some(ran) = with_devices(&folder, &arguments, "lost=90@0:0,lost=60@0:1") else { return };
+    ran.fails_with(1, "no device is left that works: 0:0: ");
+    assert!(ran.err.contains("; the image so far is in two.exr"), "{}", ran.err);
+    let samples = more_samples(&folder, "two.exr");
+    let further = ["render", "scene.toml", "--device", "portable", "--samples", &samples, "-o"];
+    folder.succeed(&[&further[..], &["two.exr", "--resume"]].concat());
+    folder.succeed(&[&further[..], &["one.exr"]].concat());
+    assert_same(&folder.image("two.exr"), &folder.image("one.exr"));
+}
+
+#[test]
+fn finished_renders_of_two_devices_still_save_their_light() {
+    let folder = Folder::new();
+    let render = |rest: &[&'static str]| {
+        let method = "method={ kind = \"hybrid-diffusion\", iterations = 30 }";
+        let light = "light=[{ kind = \"directional\", direction = [1, -2, 1], irradiance = [3, 2, 1] }]";
+        let sets = ["--set", method, "--set", light, "--set", "medium.albedo=0.9", "--samples", "2"];
+        [&["render", "scene.toml"], rest, &sets].concat()
+    };
+    let Some(ran) = with_devices(&folder, &render(&["-o", "two.exr", "--device", "all:portable"]), "") else {
+        return;
+    };
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    let again = ["-o", "two.exr", "--device", "all:portable", "--resume", "--save-light", "two.nrrd"];
+    let ran = with_devices(&folder, &render(&again), "").expect("as before");
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    folder.succeed(&render(&["-o", "one.exr", "--device", "portable", "--save-light", "one.nrrd"]));
+    assert!(
+        std::fs::read(folder.path("two.nrrd")).unwrap() == std::fs::read(folder.path("one.nrrd")).unwrap()
+    );
+}
+
+/// Rows differ in samples where several devices stop by time: each pixel of the sum has the mean of its own.
+#[test]
+fn parts_that_two_devices_stopped_by_time_are_merged() {
+    let folder = Folder::new();
+    let render = |part, output| {
+        let arguments = ["--device", "all:portable", "--time", "700ms", "--part", part, "-o", output];
+        with_devices(&folder, &[&["render", "scene.toml"], &arguments[..]].concat(), "")
+    };
+    let Some(ran) = render("1/2", "a.exr") else { return };
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    render("2/2", "b.exr").expect("as before");
+    folder.succeed(&["merge", "a.exr", "b.exr", "-o", "c.exr"]);
+    let [a, b, c] = ["a.exr", "b.exr", "c.exr"].map(|name| folder.image(name));
+    let [[of_a, count_a], [of_b, count_b], [of_c, count_c]] =
+        [&a, &b, &c].map(|image| ["G", "samples"].map(|name| image.channel(name).expect("a plane").to_f32()));
+    for i in 0..of_c.len() {
+        assert_eq!(count_a[i] + count_b[i], count_c[i]);
+        let mean = (of_a[i] * count_a[i] + of_b[i] * count_b[i]) / count_c[i];
+        // Both are rounded to float32, and so is this.
+        assert!((of_c[i] - mean).abs() <= 8.0 * f32::EPSILON * mean.abs(), "{}, not {mean}", of_c[i]);
+    }
+    let counts: std::collections::BTreeSet<u32> = count_a.iter().map(|&count| count as u32).collect();
+    println!("samples of the first part: {counts:?}; of both: {}", c.metadata["svetlo.part"]);
 }

@@ -1,6 +1,6 @@
 //! Several processes that `mpirun` starts: the same bits as one, one message, the right exit code, and no hang.
 
-use crate::support::{Folder, Ran, SCENE, run, wait_until};
+use crate::support::{Folder, Ran, SCENE, more_samples, run, wait_until};
 use std::process::Command;
 use svetlo::picture::Picture;
 
@@ -153,14 +153,6 @@ const LONG: &[&str] = &[
     "50ms",
 ];
 
-/// A number of samples that no pixel of an unfinished out.exr has yet: it and the rest make one render.
-fn more_samples(folder: &Folder) -> String {
-    let image = folder.image("out.exr");
-    let counts = image.channel("samples").expect("a plane of counts").to_f32();
-    let most = counts.iter().copied().fold(0.0, f32::max);
-    (most as u32 + 20).to_string()
-}
-
 #[test]
 fn a_device_that_is_lost_on_a_rank_is_left_out() {
     if !is_there() {
@@ -197,7 +189,7 @@ fn ranks_that_are_killed_or_told_to_end_leave_an_image_to_go_on_with() {
         assert!(Command::new("kill").args(["-s", signal, id.trim()]).status().unwrap().success());
         let ended = child.wait_with_output().unwrap();
         assert_eq!(ended.status.code(), Some(code), "{}", String::from_utf8_lossy(&ended.stderr));
-        let samples = more_samples(&folder);
+        let samples = more_samples(&folder, "out.exr");
         let further = [&shared[..], &[&samples]].concat();
         succeed(&folder, 2, "", &[&further[..], &["--resume"]].concat());
         let resumed = folder.image("out.exr");
@@ -220,7 +212,7 @@ fn a_rank_that_stands_still_holds_nobody_up_for_ever() {
     // And of others, if it stopped in the middle of a letter.
     let warned = ran.err.contains("warning: no answer from ") && ran.err.contains("rank 2 (");
     assert!(warned, "{}", ran.err);
-    let samples = more_samples(&folder);
+    let samples = more_samples(&folder, "out.exr");
     let further = [&shared[..], &["--samples", &samples]].concat();
     folder.succeed(&[&further[..], &["--resume"]].concat());
     let resumed = folder.image("out.exr");
@@ -247,6 +239,10 @@ fn what_is_wrong_is_said_once_and_is_the_exit_code() {
         &["merge", "a.exr", "b.exr", "-o", "c.exr"],
         "svetlo merge was started as 3 processes: only svetlo render shares",
     );
+    for rank in [0, 2] {
+        let other = on_rank(rank, "set -- \"$@\" --frob");
+        fails(&other, &["render", "scene.toml"], "unexpected argument '--frob'");
+    }
     let other = on_rank(2, "set -- \"$@\" --seed 5");
     fails(&other, &["render", "scene.toml"], "rank 2 (");
     // Nobody has begun anything.

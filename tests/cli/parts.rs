@@ -94,10 +94,7 @@ fn the_summary_for_programs_tells_of_parts() {
     ]));
     assert_eq!((&summary["samples"], &summary["parts"]["of"]), (&5.into(), &3.into()));
     assert_eq!(summary["parts"]["missing"], serde_json::json!([2]));
-    assert_eq!(
-        summary["parts"]["held"][1],
-        serde_json::json!({ "part": 3, "samples": 2, "one_more": false })
-    );
+    assert_eq!(summary["parts"]["held"][1], serde_json::json!({ "part": 3, "samples": 2, "more": 0 }));
     assert!(summary["notes"][0].as_str().unwrap().starts_with("part 2 of 3 is missing: "), "{summary}");
     assert!(summary["seconds"]["longest"].as_f64() < summary["seconds"]["wall"].as_f64());
     // With the missing part it is the whole.

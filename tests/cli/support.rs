@@ -119,6 +119,14 @@ pub fn signal(child: &Child, name: &str) {
     assert!(status.expect("kill exists").success());
 }
 
+/// A number of samples that no pixel of an unfinished image has yet: it and the rest make one render.
+pub fn more_samples(folder: &Folder, name: &str) -> String {
+    let image = folder.image(name);
+    let counts = image.channel("samples").expect("a plane of counts").to_f32();
+    let most = counts.iter().copied().fold(0.0, f32::max);
+    (most as u32 + 20).to_string()
+}
+
 /// Waits until `done` holds; fails after half a minute.
 pub fn wait_until(mut done: impl FnMut() -> bool) -> Duration {
     let begin = Instant::now();
