@@ -45,13 +45,14 @@ impl Member<'_> {
     fn report(&self, go_on: &GoOn<'_>) -> Result<Report> {
         let begun = Instant::now();
         loop {
-            if !go_on(&self.name(), begun.elapsed()) {
-                return Err(Error::Interrupted);
-            }
+            // What has come counts, however long others were waited for.
             if let Some(bytes) = self.line.receive(GLANCE)? {
                 return Reader::new(&bytes).head().map_err(|_| {
                     Error::Input(format!("{} is another version of svetlo than rank 0", self.name()))
                 });
+            }
+            if !go_on(&self.name(), begun.elapsed()) {
+                return Err(Error::Interrupted);
             }
         }
     }
