@@ -262,6 +262,8 @@ fn damaged_obj_files() {
     );
     fails("a.obj", with("f 1/9223372036854775807 2/1 3/1\n"), "names `vt` 9223372036854775807");
     fails("a.obj", with("f 1/-9223372036854775808 2/1 3/1\n"), "names `vt` -9223372036854775808");
+    let late = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1//1 2//1 3//1\no part\nvn 0 0 1\nf 1//1 2//1 3//1\n";
+    fails("a.obj", late, "`vn` lines must stand before the faces that name them");
     fails("a.obj", with("f 1 2 x\n"), "line 15: a face needs the numbers of its vertices");
     fails("a.obj", with("f 1/2/3/4 2 3\n"), "line 15: ");
     fails("a.obj", with("v 1 2\n"), "line 15: a vertex needs three numbers");

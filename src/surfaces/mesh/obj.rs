@@ -26,6 +26,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, String> {
         raw.points.extend(mesh.positions.chunks_exact(3).map(DVec3::from_slice));
         raw.triangles.extend(mesh.indices.chunks_exact(3).map(|t| [0, 1, 2].map(|k| first + t[k])));
         if let Some(normals) = &mut raw.normals {
+            // The crate ends an object with the normals that it has read by then.
+            if mesh.normal_indices.len() != mesh.indices.len() {
+                return Err(
+                    "faces name normals that come after their object or group; `vn` lines must stand before \
+                            the faces that name them"
+                        .into(),
+                );
+            }
             let normal = |index: u32| DVec3::from_slice(&mesh.normals[3 * index as usize..]);
             normals.extend(mesh.normal_indices.chunks_exact(3).map(|t| [0, 1, 2].map(|k| normal(t[k]))));
         }
