@@ -155,6 +155,40 @@ fn photons_of_lamps_in_amber_in_water_lose_what_both_take() {
     }
 }
 
+/// Bodies of glass one below the other that the camera looks down on from outside, near a ball in whose bounds it is: `boxes` of
+/// them, 0.4 thick with gaps of 0.6.
+fn row_below(boxes: usize) -> String {
+    let view = VIEW.split("[[surface]]").next().unwrap().replace("height = 1\n", "height = 0.01\n");
+    let ball = "[[surface]]\nkind = \"sphere\"\ncentre = [9, 9, 13]\nradius = 9.5\nmaterial = \"amber\"\n";
+    let row: String = (0..boxes)
+        .map(|k| 3.5 - k as f64)
+        .map(|low| {
+            format!(
+                "[[surface]]\nkind = \"box\"\nlow = [-0.5, -0.5, {low}]\nhigh = [0.5, 0.5, {}]\nmaterial = \"water\"\n",
+                low + 0.4
+            )
+        })
+        .collect();
+    let [water, amber] = [glass("water", WATER), glass("amber", AMBER)];
+    let method = NO_PHOTONS.replace("photons = 0", "photons = 0\ndepth = 200");
+    format!("{view}{water}{amber}{ball}{row}{method}[background]\ncolor = 1\n")
+}
+
+#[test]
+fn bodies_in_a_row_are_not_what_the_camera_is_in() {
+    for boxes in [9, 40] {
+        for pixel in render(&row_below(boxes)).0 {
+            for (found, absorption) in pixel.mean().into_iter().zip(WATER) {
+                let n = boxes as f64;
+                let expected = (-0.4 * n * absorption).exp();
+                // Rays start 32 roundings of a coordinate off each of 2 n faces, which are up to n + 19 from the origin.
+                let tolerance = 2.0 * n * 32.0 * EPS * (n + 19.0) * absorption + 8.0 * n * EPS;
+                close(&format!("{boxes} boxes"), found / expected, 1.0, tolerance);
+            }
+        }
+    }
+}
+
 /// The pool seen with fog from the ground to z = 2 that scatters nothing, and without.
 fn in_fog(pool: &str) -> [Vec<FilmPixel>; 2] {
     [0.7, 0.0].map(|sigma| {
