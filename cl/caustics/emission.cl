@@ -68,6 +68,23 @@ INLINE float2 place_in(struct Cell cell) {
     return cell.low + cell.within * (cell.high - cell.low);
 }
 
+// A direction for a place of the unit square, equal solid angles for equal areas: the octahedron of Clarberg 2008 ("Fast
+// Equal-Area Mapping of the (Hemi)Sphere using SIMD"), whose cells are nowhere much longer than wide. It is turned so
+// that no direction along an axis is near its corners or the seams between them, where neighbours do not continue the grid.
+INLINE float3 sphere_direction(float2 place) {
+    float2 p = 2.0f * place - 1.0f;
+    float2 size = fabs(p);
+    float above = 1.0f - size.x - size.y;
+    float r = 1.0f - fabs(above);
+    float turn = r > 0.0f ? 0.25f * ((size.y - size.x) / r + 1.0f) : 0.25f;
+    float sine = r * sqrt(2.0f - r * r);
+    float x = copysign(sine * cospi(turn), p.x);
+    float y = copysign(sine * sinpi(turn), p.y);
+    float z = copysign(1.0f - r * r, above);
+    // Corners meet at (1, 1, 1), and the seams from there are half a right angle from the nearest axis or 15 degrees.
+    return normalize(x * (float3)(0.78867513f, -0.21132487f, -0.57735027f) + y * (float3)(-0.21132487f, 0.78867513f, -0.57735027f) - 0.57735027f * z);
+}
+
 // A number in [0, 1] of a density that goes from a to b, both > 0.
 INLINE float linear_sample(float u, float a, float b) {
     return u * (a + b) / (a + sqrt(a * a + u * (b - a) * (b + a)));
@@ -218,16 +235,11 @@ INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global con
     case EMIT_POINT:
         emit_from_point(emitter, &flight);
         break;
-    case EMIT_SPHERE: {
-        // Columns are turns, rows are heights: 1 - |z| and the sine are exact near the poles.
-        float2 at = place_in(flight.cell);
-        float from_pole = min(at.y, 1.0f - at.y);
-        float z = copysign(1.0f - 2.0f * from_pole, 0.5f - at.y);
+    case EMIT_SPHERE:
         flight.origin = emitter->place.xyz;
-        flight.direction = around((float3)(0.0f, 0.0f, 1.0f), z, 2.0f * sqrt(from_pole * (1.0f - from_pole)), at.x);
+        flight.direction = sphere_direction(place_in(flight.cell));
         flight.flux = emitter->power.xyz;
         break;
-    }
     case EMIT_DIRECTIONAL:
         emit_along(emitter, surfaces, &flight);
         break;
