@@ -22,6 +22,7 @@ struct Flight {
     uint4 place;  // of the pass: in cells (x, y) and among wavelengths (z), in units of 2^-32
     uint4 shifts; // of its lattices
     struct Within within;
+    bool white; // not of its wavelength's colour yet
 };
 
 // A place of a pass. Passes fill the cube evenly: after the powers of the root of x^4 = x + 1 (Roberts 2018, the sequence
@@ -249,6 +250,7 @@ INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global con
     }
     // Parallel light begins outside of everything.
     bool outside = emitter->way == EMIT_DIRECTIONAL;
+    flight.white = true;
     flight.within = outside ? within_none() : within_at(surfaces, flight.origin, flight.direction);
     return flight;
 }
