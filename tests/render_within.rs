@@ -11,7 +11,7 @@ use common::{EPS, close, device};
 use glam::DVec3;
 use photons::{PAPER, floor, sphere};
 use std::path::Path;
-use svetlo::caustics::PassLedger;
+use svetlo::caustics::{PassLedger, color_of, mean_color};
 use svetlo::film::FilmPixel;
 use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session};
 use svetlo::scene::{Light, Scene, SurfaceMaterial, SurfaceShape};
@@ -51,12 +51,16 @@ fn cuboid(low: f64, high: f64, material: &str) -> String {
 }
 
 fn render(text: &str) -> (Vec<FilmPixel>, PassLedger) {
+    render_samples(text, 1)
+}
+
+fn render_samples(text: &str, samples: u32) -> (Vec<FilmPixel>, PassLedger) {
     let loaded = svetlo::config::parse("test.toml", text, &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let scene =
         Scene::from_loaded(&loaded, Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_or_else(|e| panic!("{e}"));
     let data = SceneData::load(&scene).unwrap();
     let mut session = Session::new(device(), &Plan::new(&scene, &data, BRICK_SHIFT).unwrap()).unwrap();
-    session.render(1).unwrap();
+    session.render(samples).unwrap();
     (session.film().unwrap(), *session.photons().unwrap())
 }
 
@@ -186,6 +190,40 @@ fn bodies_in_a_row_are_not_what_the_camera_is_in() {
                 close(&format!("{boxes} boxes"), found / expected, 1.0, tolerance);
             }
         }
+    }
+}
+
+#[test]
+fn cameras_in_flint_see_some_colours_leave_and_others_stay() {
+    // Up through a surface of flint, at an angle at which green leaves it and violet is reflected; the sky shines above and below.
+    const FLINT: [f64; 3] = [1.6, 0.02, 0.0];
+    let angle = 36.5_f64.to_radians();
+    let text = format!(
+        "[image]\nwidth = 8\nheight = 8\nfilter = \"point\"\n\
+         [camera]\nkind = \"orthographic\"\nposition = [{}, 0, -1]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nheight = 1e-3\n\
+         [[material]]\nname = \"flint\"\nkind = \"dielectric\"\ndispersion = {{ a = 1.6, b = 0.02 }}\n\
+         [[surface]]\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"flint\"\n\
+         {NO_PHOTONS}[background]\ncolor = 1\n",
+        -angle.tan()
+    );
+    const SAMPLES: u32 = 256;
+    let film = render_samples(&text, SAMPLES).0;
+    let white = mean_color();
+    for c in 0..3 {
+        // Over wavelengths: what is reflected shows the sky below, what leaves that above, n^2 as bright from within.
+        let (mut expected, mut largest) = (0.0, 0.0_f64);
+        for step in 0..3500 {
+            let nanometres = 380.0 + (f64::from(step) + 0.5) / 10.0;
+            let n = svetlo::reference::optics::cauchy(FLINT, 1e-3 * nanometres);
+            let reflected = svetlo::reference::optics::fresnel(n, 1.0, angle.cos());
+            let seen = color_of(nanometres)[c] / white[c] * (reflected + (1.0 - reflected) * n * n);
+            expected += seen / 3500.0;
+            largest = largest.max(seen.abs());
+        }
+        let found = film.iter().map(|pixel| pixel.mean()[c]).sum::<f64>() / film.len() as f64;
+        // Each pixel's wavelengths are evenly spread to 3 in SAMPLES; it takes one way or splits, by chance.
+        let tolerance = largest * (3.0 / f64::from(SAMPLES) + 2.5 / f64::from(64 * SAMPLES).sqrt());
+        close(&format!("channel {c}"), found, expected, tolerance);
     }
 }
 
