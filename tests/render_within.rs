@@ -208,15 +208,14 @@ fn cameras_in_flint_see_some_colours_leave_and_others_stay() {
     );
     const SAMPLES: u32 = 256;
     let film = render_samples(&text, SAMPLES).0;
-    let white = mean_color();
-    for c in 0..3 {
+    for (c, white) in mean_color().into_iter().enumerate() {
         // Over wavelengths: what is reflected shows the sky below, what leaves that above, n^2 as bright from within.
         let (mut expected, mut largest) = (0.0, 0.0_f64);
         for step in 0..3500 {
             let nanometres = 380.0 + (f64::from(step) + 0.5) / 10.0;
             let n = svetlo::reference::optics::cauchy(FLINT, 1e-3 * nanometres);
             let reflected = svetlo::reference::optics::fresnel(n, 1.0, angle.cos());
-            let seen = color_of(nanometres)[c] / white[c] * (reflected + (1.0 - reflected) * n * n);
+            let seen = color_of(nanometres)[c] / white * (reflected + (1.0 - reflected) * n * n);
             expected += seen / 3500.0;
             largest = largest.max(seen.abs());
         }
