@@ -11,7 +11,7 @@ use common::{EPS, close, device};
 use glam::DVec3;
 use photons::{PAPER, floor, sphere};
 use std::path::Path;
-use svetlo::caustics::PassLedger;
+use svetlo::caustics::{PassLedger, color_of, mean_color};
 use svetlo::film::FilmPixel;
 use svetlo::render::{BRICK_SHIFT, Plan, SceneData, Session};
 use svetlo::scene::{Light, Scene, SurfaceMaterial, SurfaceShape};
@@ -51,12 +51,16 @@ fn cuboid(low: f64, high: f64, material: &str) -> String {
 }
 
 fn render(text: &str) -> (Vec<FilmPixel>, PassLedger) {
+    render_samples(text, 1)
+}
+
+fn render_samples(text: &str, samples: u32) -> (Vec<FilmPixel>, PassLedger) {
     let loaded = svetlo::config::parse("test.toml", text, &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let scene =
         Scene::from_loaded(&loaded, Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_or_else(|e| panic!("{e}"));
     let data = SceneData::load(&scene).unwrap();
     let mut session = Session::new(device(), &Plan::new(&scene, &data, BRICK_SHIFT).unwrap()).unwrap();
-    session.render(1).unwrap();
+    session.render(samples).unwrap();
     (session.film().unwrap(), *session.photons().unwrap())
 }
 
@@ -152,6 +156,73 @@ fn photons_of_lamps_in_amber_in_water_lose_what_both_take() {
             close("stored", flux.stored / flux.emitted, sum / whole, 2e-3);
             close("ledger", flux.imbalance(), 0.0, 1e-5);
         }
+    }
+}
+
+/// Bodies of glass one below the other that the camera looks down on from outside, near a ball in whose bounds it is: `boxes` of
+/// them, 0.4 thick with gaps of 0.6.
+fn row_below(boxes: usize) -> String {
+    let view = VIEW.split("[[surface]]").next().unwrap().replace("height = 1\n", "height = 0.01\n");
+    let ball = "[[surface]]\nkind = \"sphere\"\ncentre = [9, 9, 13]\nradius = 9.5\nmaterial = \"amber\"\n";
+    let row: String = (0..boxes)
+        .map(|k| 3.5 - k as f64)
+        .map(|low| {
+            format!(
+                "[[surface]]\nkind = \"box\"\nlow = [-0.5, -0.5, {low}]\nhigh = [0.5, 0.5, {}]\nmaterial = \"water\"\n",
+                low + 0.4
+            )
+        })
+        .collect();
+    let [water, amber] = [glass("water", WATER), glass("amber", AMBER)];
+    let method = NO_PHOTONS.replace("photons = 0", "photons = 0\ndepth = 200");
+    format!("{view}{water}{amber}{ball}{row}{method}[background]\ncolor = 1\n")
+}
+
+#[test]
+fn bodies_in_a_row_are_not_what_the_camera_is_in() {
+    for boxes in [9, 40] {
+        for pixel in render(&row_below(boxes)).0 {
+            for (found, absorption) in pixel.mean().into_iter().zip(WATER) {
+                let n = boxes as f64;
+                let expected = (-0.4 * n * absorption).exp();
+                // Rays start 32 roundings of a coordinate off each of 2 n faces, which are up to n + 19 from the origin.
+                let tolerance = 2.0 * n * 32.0 * EPS * (n + 19.0) * absorption + 8.0 * n * EPS;
+                close(&format!("{boxes} boxes"), found / expected, 1.0, tolerance);
+            }
+        }
+    }
+}
+
+#[test]
+fn cameras_in_flint_see_some_colours_leave_and_others_stay() {
+    // Up through a surface of flint, at an angle at which green leaves it and violet is reflected; the sky shines above and below.
+    const FLINT: [f64; 3] = [1.6, 0.02, 0.0];
+    let angle = 36.5_f64.to_radians();
+    let text = format!(
+        "[image]\nwidth = 8\nheight = 8\nfilter = \"point\"\n\
+         [camera]\nkind = \"orthographic\"\nposition = [{}, 0, -1]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nheight = 1e-3\n\
+         [[material]]\nname = \"flint\"\nkind = \"dielectric\"\ndispersion = {{ a = 1.6, b = 0.02 }}\n\
+         [[surface]]\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"flint\"\n\
+         {NO_PHOTONS}[background]\ncolor = 1\n",
+        -angle.tan()
+    );
+    const SAMPLES: u32 = 256;
+    let film = render_samples(&text, SAMPLES).0;
+    for (c, white) in mean_color().into_iter().enumerate() {
+        // Over wavelengths: what is reflected shows the sky below, what leaves that above, n^2 as bright from within.
+        let (mut expected, mut largest) = (0.0, 0.0_f64);
+        for step in 0..3500 {
+            let nanometres = 380.0 + (f64::from(step) + 0.5) / 10.0;
+            let n = svetlo::reference::optics::cauchy(FLINT, 1e-3 * nanometres);
+            let reflected = svetlo::reference::optics::fresnel(n, 1.0, angle.cos());
+            let seen = color_of(nanometres)[c] / white * (reflected + (1.0 - reflected) * n * n);
+            expected += seen / 3500.0;
+            largest = largest.max(seen.abs());
+        }
+        let found = film.iter().map(|pixel| pixel.mean()[c]).sum::<f64>() / film.len() as f64;
+        // Each pixel's wavelengths are evenly spread to 3 in SAMPLES; it takes one way or splits, by chance.
+        let tolerance = largest * (3.0 / f64::from(SAMPLES) + 2.5 / f64::from(64 * SAMPLES).sqrt());
+        close(&format!("channel {c}"), found, expected, tolerance);
     }
 }
 

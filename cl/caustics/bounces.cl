@@ -92,6 +92,9 @@ INLINE struct Photon follow_on(__global const struct PhotonFrame *frame, const s
             }
             fate->lost.z = cut ? mean_channel(flight->flux) : 0.0f;
         } else if (turns < frame->depth) {
+            float gained = part_colors(frame, material, wavelength, flight);
+            fate->met.x += gained;
+            flux += gained;
             turn_photon(surfaces, &hit, material, wavelength, choice_of(frame, flight, index, pass, event), flight);
             ++turns;
         } else {

@@ -22,6 +22,7 @@ struct Flight {
     uint4 place;  // of the pass: in cells (x, y) and among wavelengths (z), in units of 2^-32
     uint4 shifts; // of its lattices
     struct Within within;
+    bool white; // not of its wavelength's colour yet
 };
 
 // A place of a pass. Passes fill the cube evenly: after the powers of the root of x^4 = x + 1 (Roberts 2018, the sequence
@@ -66,6 +67,23 @@ INLINE struct Cell grid_cell(uint index, uint count, uint rows, float2 within) {
 
 INLINE float2 place_in(struct Cell cell) {
     return cell.low + cell.within * (cell.high - cell.low);
+}
+
+// A direction for a place of the unit square, equal solid angles for equal areas: the octahedron of Clarberg 2008 ("Fast
+// Equal-Area Mapping of the (Hemi)Sphere using SIMD"), whose cells are nowhere much longer than wide. It is turned so
+// that no direction along an axis is near its corners or the seams between them, where neighbours do not continue the grid.
+INLINE float3 sphere_direction(float2 place) {
+    float2 p = 2.0f * place - 1.0f;
+    float2 size = fabs(p);
+    float above = 1.0f - size.x - size.y;
+    float r = 1.0f - fabs(above);
+    float turn = r > 0.0f ? 0.25f * ((size.y - size.x) / r + 1.0f) : 0.25f;
+    float sine = r * sqrt(2.0f - r * r);
+    float x = copysign(sine * cospi(turn), p.x);
+    float y = copysign(sine * sinpi(turn), p.y);
+    float z = copysign(1.0f - r * r, above);
+    // Corners meet at (1, 1, 1), and the seams from there are half a right angle from the nearest axis or 15 degrees.
+    return normalize(x * (float3)(0.78867513f, -0.21132487f, -0.57735027f) + y * (float3)(-0.21132487f, 0.78867513f, -0.57735027f) - 0.57735027f * z);
 }
 
 // A number in [0, 1] of a density that goes from a to b, both > 0.
@@ -218,16 +236,11 @@ INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global con
     case EMIT_POINT:
         emit_from_point(emitter, &flight);
         break;
-    case EMIT_SPHERE: {
-        // Columns are turns, rows are heights: 1 - |z| and the sine are exact near the poles.
-        float2 at = place_in(flight.cell);
-        float from_pole = min(at.y, 1.0f - at.y);
-        float z = copysign(1.0f - 2.0f * from_pole, 0.5f - at.y);
+    case EMIT_SPHERE:
         flight.origin = emitter->place.xyz;
-        flight.direction = around((float3)(0.0f, 0.0f, 1.0f), z, 2.0f * sqrt(from_pole * (1.0f - from_pole)), at.x);
+        flight.direction = sphere_direction(place_in(flight.cell));
         flight.flux = emitter->power.xyz;
         break;
-    }
     case EMIT_DIRECTIONAL:
         emit_along(emitter, surfaces, &flight);
         break;
@@ -237,6 +250,7 @@ INLINE struct Flight emit(__global const struct PhotonFrame *frame, __global con
     }
     // Parallel light begins outside of everything.
     bool outside = emitter->way == EMIT_DIRECTIONAL;
+    flight.white = true;
     flight.within = outside ? within_none() : within_at(surfaces, flight.origin, flight.direction);
     return flight;
 }

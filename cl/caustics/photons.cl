@@ -78,6 +78,22 @@ INLINE void turn_photon(const struct Surfaces *surfaces, const struct Hit *hit, 
     flight->origin = surface_offset(hit, direction);
 }
 
+// Glass that parts the colours makes a white photon one of its wavelength. Returns what that adds to its flux, which is
+// counted as emitted: for all wavelengths together it is nothing.
+INLINE float part_colors(__global const struct PhotonFrame *frame, __global const struct Material *material,
+    float wavelength, struct Flight *flight) {
+#ifdef DISPERSION
+    bool parts = material->kind == MATERIAL_DIELECTRIC && (material->cauchy.y != 0.0f || material->cauchy.z != 0.0f);
+    if (parts && flight->white) {
+        float before = mean_channel(flight->flux);
+        flight->flux *= color_of(1000.0f * wavelength) * frame->white.xyz;
+        flight->white = false;
+        return mean_channel(flight->flux) - before;
+    }
+#endif
+    return 0.0f;
+}
+
 INLINE bool is_dark(const struct Flight *flight) {
     return flight->flux.x == 0.0f && flight->flux.y == 0.0f && flight->flux.z == 0.0f;
 }
@@ -155,6 +171,9 @@ INLINE struct Photon follow(__global const struct PhotonFrame *frame, const stru
             return photon;
         }
         if (turns < frame->depth) {
+            float gained = part_colors(frame, material, wavelength, flight);
+            fate->met.x += gained;
+            flux += gained;
             float u = choice_of(frame, flight, index, pass, turns);
             turn_photon(surfaces, &hit, material, wavelength, u, flight);
         }
@@ -176,7 +195,6 @@ INLINE struct Flight depart(__global const struct PhotonFrame *frame, __global c
 #ifdef DISPERSION
     float u = lattice_number(flight.cell, LATTICE_WAVELENGTH, flight.place.z);
     *wavelength = mix(SHORTEST_WAVELENGTH, LONGEST_WAVELENGTH, u);
-    flight.flux *= color_of(1000.0f * *wavelength) * frame->white.xyz;
 #endif
     return flight;
 }

@@ -150,23 +150,29 @@ INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, cons
     float3 facing = hit->inside ? -hit->normal : hit->normal;
     float cosine = max(-dot(ray->direction, facing), 0.0f);
     float index = cauchy.w;
+    struct Branch back = *ray;
 #ifdef DISPERSION
-    if (ray->wavelength > 0.0f) {
-        index = index_at(cauchy, ray->wavelength);
+    bool parts = ray->wavelength == 0.0f && (cauchy.y != 0.0f || cauchy.z != 0.0f);
+    // From the denser side, some colours may be reflected totally, and others not.
+    if (parts && hit->inside == (index > 1.0f)) {
+        choose_wavelength(sample, &back);
+        parts = false;
+    }
+    if (back.wavelength > 0.0f) {
+        index = index_at(cauchy, back.wavelength);
     }
 #endif
     struct Boundary at = boundary(index, hit->inside, cosine);
     float passing = 1.0f - at.reflectance;
     // Of radiance that comes the other way.
     float density = hit->inside ? index * index : 1.0f / (index * index);
-    struct Branch back = *ray;
     back.direction = mirrored(ray->direction, facing);
     back.origin = surface_offset(hit, back.direction);
     back.bounces += 1u;
     struct Branch on = back;
     if (passing > 0.0f) {
 #ifdef DISPERSION
-        if (ray->wavelength == 0.0f && (cauchy.y != 0.0f || cauchy.z != 0.0f)) {
+        if (parts) {
             // What is reflected keeps its colours together: its share hardly depends on them.
             float own = index_at(cauchy, choose_wavelength(sample, &on));
             struct Boundary colored = boundary(own, hit->inside, cosine);
@@ -175,8 +181,6 @@ INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, cons
             if (colored.scale > 0.0f) {
                 at.scale = colored.scale;
                 at.shift = colored.shift;
-            } else {
-                on.weight = (float3)(0.0f);
             }
         }
 #endif
@@ -186,7 +190,7 @@ INLINE uint cross_boundary(struct Sample *sample, const struct Branch *ray, cons
         on.within = crossed(ray->within, hit);
     }
     // As it would be outside: inside, radiance counts less and is more.
-    float most = max(max(ray->weight.x, ray->weight.y), ray->weight.z) * (hit->inside ? density : 1.0f);
+    float most = max(max(back.weight.x, back.weight.y), back.weight.z) * (hit->inside ? density : 1.0f);
     float carried = most * min(at.reflectance, passing);
     if (passing <= 0.0f || room < 2u || carried < sample->method->split) {
         bool reflect = passing <= 0.0f || sample_random(sample).x < at.reflectance;

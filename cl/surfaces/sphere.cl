@@ -14,8 +14,8 @@ INLINE float sphere_height(float3 x, float3 normal, float curvature) {
     return dot(normal, x) + 0.5f * curvature * dot(x, x);
 }
 
-// Whether a ray meets a sphere at 0 < *t < t_max. Rays from inside always leave, and rays that start outside and go
-// away never hit: the side is that of the origin, not of a root.
+// Whether a ray meets a sphere at 0 < *t < t_max. Rays from inside always leave, rays that start outside and go away never
+// hit, and those that start on it and go inwards enter at once: the side is that of the origin, not of a root.
 INLINE bool sphere_hit(float4 place, float3 normal, float3 origin, float3 direction, float t_max, float *t) {
     float3 from = origin - place.xyz;
     bool inside = sphere_height(from, normal, place.w) < 0.0f;
@@ -36,11 +36,8 @@ INLINE bool sphere_hit(float4 place, float3 normal, float3 origin, float3 direct
     float other = -slope + (inside ? -root : root);
     bool cancels = fabs(sum) < fabs(other);
     float s = cancels ? 2.0f * height / other : sum / place.w;
-    *t = shift + s;
-    if (inside) {
-        *t = max(*t, FLT_MIN);
-    }
-    return *t > 0.0f && *t < t_max;
+    *t = max(shift + s, FLT_MIN);
+    return *t < t_max;
 }
 
 // The point of a sphere near `point`, and the outward normal there.

@@ -16,8 +16,8 @@ INLINE struct Within within_none(void) {
 }
 
 #ifdef BEGINS_WITHIN
-// Surfaces that are met on the way out, and those of them that are entered first, at most.
-#define MOST_MET 64u
+// Surfaces that are met on the way out, and bodies of glass among them that are in each other, at most.
+#define MOST_MET 256u
 #define MOST_ENTERED 8u
 
 INLINE bool is_glass(const struct Surfaces *s, uint surface) {
@@ -48,8 +48,13 @@ INLINE uint shallowest(const struct Surfaces *s, float3 point, uint other) {
 INLINE struct Within within_at(const struct Surfaces *s, float3 origin, float3 direction) {
     struct Within within = within_none();
 #ifdef BEGINS_WITHIN
+    // Bodies that were entered since, a bit for each that was not left: those that were make room when there is none.
     uint entered[MOST_ENTERED];
-    uint count = 0u;
+    for (uint i = 0; i < MOST_ENTERED; ++i) {
+        entered[i] = 0u;
+    }
+    uint in = 0u;
+    uint oldest = 0u;
     float3 from = origin;
     for (uint met = 0; met < MOST_MET && within.around == 0u; ++met) {
         struct Hit hit;
@@ -58,18 +63,25 @@ INLINE struct Within within_at(const struct Surfaces *s, float3 origin, float3 d
         }
         from = surface_offset(&hit, direction);
         uint body = hit.surface + 1u;
-        bool known = within.body == body || !is_glass(s, hit.surface);
-        for (uint i = 0; i < count; ++i) {
-            known = known || entered[i] == body;
-        }
-        if (known) {
+        if (within.body == body || !is_glass(s, hit.surface)) {
             continue;
         }
-        if (!hit.inside) {
-            if (count < MOST_ENTERED) {
-                entered[count] = body;
-                ++count;
+        uint place = 0u;
+        while (place < MOST_ENTERED && entered[place] != body) {
+            ++place;
+        }
+        if (place < MOST_ENTERED) {
+            in = hit.inside ? in & ~(1u << place) : in | 1u << place;
+        } else if (!hit.inside) {
+            if (in == (1u << MOST_ENTERED) - 1u) {
+                break;
             }
+            while (in >> oldest & 1u) {
+                oldest = (oldest + 1u) % MOST_ENTERED;
+            }
+            entered[oldest] = body;
+            in |= 1u << oldest;
+            oldest = (oldest + 1u) % MOST_ENTERED;
         } else if (within.body == 0u) {
             within.body = body;
         } else {

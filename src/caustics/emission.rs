@@ -296,8 +296,8 @@ impl Source {
 
 fn point_around(place: DVec3, intensity: [f64; 3]) -> Source {
     let emitter = Emitter { place: float4(place, 0.0), way: way::SPHERE, ..Emitter::zeroed() };
-    // Turns across, heights up: 2 pi by 2 at the equator.
-    Source { emitter, flux: intensity.map(|i| 4.0 * PI * i), aspect: PI }
+    // The whole sphere is a square; see `sphere_direction` of the kernel.
+    Source { emitter, flux: intensity.map(|i| 4.0 * PI * i), aspect: 1.0 }
 }
 
 fn point(light: usize, place: DVec3, intensity: [f64; 3], target: &Target) -> Result<Source> {

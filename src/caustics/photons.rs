@@ -9,7 +9,7 @@ use super::spectrum::mean_color;
 use crate::device::{Arg, Buffer, Device, Kernel, MemoryPlan, Program, ProgramSpec};
 use crate::render::local::LocalFrame;
 use crate::scene::Light;
-use crate::surfaces::{Bounds, DeviceMaterial, SurfaceArrays, SurfaceBuffers};
+use crate::surfaces::{Bounds, SurfaceArrays, SurfaceBuffers};
 use crate::{Error, Result, device_struct};
 use bytemuck::Zeroable;
 use std::ops::Range;
@@ -179,7 +179,7 @@ impl PhotonTracer {
         let entry = if bounces { "caustics/bounces.cl" } else { "caustics/photons.cl" };
         surfaces
             .specialise(ProgramSpec::new(entry))
-            .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
+            .feature("DISPERSION", surfaces.disperses())
             .feature("STORE_DIRECT", settings.store_direct)
     }
 

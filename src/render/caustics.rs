@@ -12,7 +12,7 @@ use crate::caustics::{
 use crate::device::{MemoryPlan, ProgramSpec};
 use crate::scene::{CameraKind, Caustics, CausticsDirect, Light, Scene, Surface};
 use crate::sort::CellRanges;
-use crate::surfaces::{self, Bounds, DeviceMaterial, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
+use crate::surfaces::{self, Bounds, DeviceNode, DeviceShape, Meshes, SurfaceArrays};
 use crate::{Error, Result, device_struct};
 use bytemuck::Zeroable;
 use glam::DVec3;
@@ -187,7 +187,7 @@ pub fn prepare(
     };
     let mut spec = map
         .define_gather(surfaces.specialise(ProgramSpec::new("render/caustics.cl")))
-        .feature("DISPERSION", surfaces.materials.iter().any(DeviceMaterial::disperses))
+        .feature("DISPERSION", surfaces.disperses())
         .feature("RECTANGLES", frame.rectangle_count > 0)
         .feature("DIRECT_RAYS", settings.direct == CausticsDirect::Rays)
         .feature("BOUNCED", bounced.is_some())

@@ -95,6 +95,11 @@ impl SurfaceArrays {
         })
     }
 
+    /// Whether a shape is of glass whose index depends on the wavelength.
+    pub fn disperses(&self) -> bool {
+        self.materials_of.iter().any(|&material| self.materials[material as usize].disperses())
+    }
+
     /// Adds the features of the shapes that occur to a program.
     pub fn specialise(&self, spec: ProgramSpec) -> ProgramSpec {
         let occurs = |kind: usize| self.shapes.iter().any(|shape| shape.kind == kind as u32);
@@ -335,6 +340,8 @@ mod tests {
         assert_eq!((found.bounds, found.specular_bounds), (bounds(11.0, 32.0, 2.0), bounds(11.0, 32.0, 2.0)));
         let diffuse = arrays(&[sphere(20.0, 2.0, 0)]).unwrap();
         assert_eq!((diffuse.bounds, diffuse.specular_bounds), (bounds(18.0, 22.0, 2.0), None));
+        // The glass that nothing is made of does not count.
+        assert!(found.disperses() && !diffuse.disperses());
         let spec = found.specialise(ProgramSpec::new("surfaces/intersect.cl"));
         let names: Vec<_> = spec.defines.iter().map(|(name, _)| *name).collect();
         assert_eq!(names, ["SHAPE_PLANE", "SHAPE_SPHERE"]);
